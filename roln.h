@@ -6,13 +6,15 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
+       #define ROLN_POLYNOMIALS 4, 7          in place of networks polynomials of these degrees, of M (and damping) and of V
        #define ROLN_INTEGRATOR rk4            euler, leapfrog, rk4 or midpoint; default rk4
        #define ROLN_FILTER model              how NAME_filter_tick looks a tick ahead: model, by its integrator, default; leapfrog,
                                               by one evaluation, for ticks that are short against friction
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
-       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + floor I
+       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); cholesky, L L^T + floor I; or squares, 6: the same
+                                              with 6 columns of L, at least n, all of whose entries are learned
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
        #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
@@ -2423,7 +2425,12 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_FILTER(s) ROLNI_CAT(ROLNI_FILTER, s)
 #define ROLNI_MASS_exponential ROLN_EXPONENTIAL
 #define ROLNI_MASS_cholesky ROLN_CHOLESKY
+#define ROLNI_MASS_squares ROLN_CHOLESKY
 #define ROLNI_MASS_KIND(s) ROLNI_CAT(ROLNI_MASS, s)
+#define ROLNI_SQUARES_exponential 0
+#define ROLNI_SQUARES_cholesky 0
+#define ROLNI_SQUARES_squares 1
+#define ROLNI_SQUARES(s) ROLNI_CAT(ROLNI_SQUARES, s)
 #define ROLNI_KIND_0 0
 #define ROLNI_KIND_gyro ROLN_GYRO
 #define ROLNI_KIND(s) ROLNI_CAT(ROLNI_KIND, s)
@@ -2524,16 +2531,14 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_AE
 #error "ROLN_AE: the sizes of the autoencoder, such as 16, 12, 8, 4"
 #endif
-#ifndef ROLN_SQUARES
-#define ROLN_SQUARES 0
+#if defined ROLN_MLP == defined ROLN_POLYNOMIALS
+#error "ROLN_MLP: the hidden widths of the networks, such as 64, 64; or ROLN_POLYNOMIALS: degrees of M and V, such as 4, 7"
+#endif
+#ifndef ROLN_MLP
+#define ROLN_MLP 0
 #endif
 #ifndef ROLN_POLYNOMIALS
 #define ROLN_POLYNOMIALS 0
-#elif !defined ROLN_MLP
-#define ROLN_MLP 1 /* not read */
-#endif
-#ifndef ROLN_MLP
-#error "ROLN_MLP: the hidden widths of the networks, such as 64, 64"
 #endif
 #ifndef ROLN_INTEGRATOR
 #define ROLN_INTEGRATOR rk4
@@ -2630,18 +2635,22 @@ ROLNI_INTS
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
     ROLN_(cossin) = ROLN_(angles) == 0 ? 0 : ROLN_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
     ROLN_(into) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* inputs */
-    ROLN_(polynomials) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
-    ROLN_(terms) = ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(polynomials)),
-    ROLN_(H1) = ROLN_(polynomials) > 0 ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(degree_m) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
+    ROLN_(polynomials) = ROLN_(degree_m) > 0,
+    ROLN_(hidden_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(hidden_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(H1) = ROLN_MAX(ROLN_(hidden_m), ROLN_(hidden_v)), /* of M and R, of V */
     ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
     ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
     ROLN_(odd) = ROLN_MAX(ROLN_(H1), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
-    ROLN_(wide) = ROLN_(even) + ROLN_(odd) + (ROLN_(polynomials) > 0) * 4 * ROLN_(hidden),
+    ROLN_(wide) = ROLN_(even) + ROLN_(odd) + ROLN_(polynomials) * 4 * ROLN_(hidden),
     ROLN_(last) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLNI_OR(ROLN_(H2), ROLN_(H1))))),
-    ROLN_(trunk) = (ROLN_(polynomials) == 0) * (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
+    ROLN_(last_m) = ROLN_(polynomials) ? ROLN_(hidden_m) : ROLN_(last),
+    ROLN_(last_v) = ROLN_(polynomials) ? ROLN_(hidden_v) : ROLN_(last),
+    ROLN_(trunk) = (1 - ROLN_(polynomials)) * (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
     ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
@@ -2649,13 +2658,14 @@ ROLNI_INTS
     ROLN_(layers) = (ROLN_(L0) > 0) + (ROLN_(L1) > 0) + (ROLN_(L2) > 0) + (ROLN_(L3) > 0),
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
-    ROLN_(columns) = ROLNI_OR(ROLN_SQUARES, ROLN_(n)),
-    ROLN_(outputs) = (ROLN_SQUARES) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri),
+    ROLN_(squares) = ROLNI_AT(1, ROLN_MASS),
+    ROLN_(columns) = ROLNI_OR(ROLN_(squares), ROLN_(n)),
+    ROLN_(outputs) = ROLN_(squares) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri),
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
     ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
     ROLN_(friction) = ROLN_FRICTION,
-    ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
+    ROLN_(cholesky) = ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)) == ROLN_CHOLESKY,
     ROLN_(driven) = ROLN_DRIVEN,
     ROLN_(keeps) = (ROLN_(ae_layers) > 0) * ROLN_(driven), /* coordinates that are driven joints behind an autoencoder */
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky) || ROLN_(driven) > 0,
@@ -2675,8 +2685,8 @@ ROLNI_INTS
     ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
     ROLN_(loss_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), /* of what the guard asks for */
     /* parameters, and what training adds to them */
-    ROLN_(net_size) = ROLN_(polynomials) > 0 ? (ROLN_(terms) + 1) * ROLN_(outputs) + ROLN_(last) + 1 : 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(outputs) + 1) +
-                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_(damper) : 0) +
+    ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last_m) + 1) * ROLN_(outputs) + ROLN_(last_v) + 1 +
+                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last_m) + 1) * ROLN_(damper) : 0) +
                        ROLNI_LAW(ROLN_FRICTION) * ROLN_(n),
     ROLN_(base_size) = (ROLN_BASE) > 0 ? ROLN_(n) * ROLN_(n) : 0,
     ROLN_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
@@ -2764,11 +2774,17 @@ ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
              (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLN_(degree) >= 2 && ROLN_(degree) <= ROLN_DEGREE_MAX
                                                    : ROLN_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
 ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLN_(degree) == 0 || ROLN_(n) < ROLN_(outer))
+ROLNI_ASSERT(squares_are_as_many_as_coordinates_at_least,
+             ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) ? ROLN_(squares) >= ROLN_(n) && ROLNI_AT(2, ROLN_MASS) == 0 : ROLN_(squares) == 0)
 ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLN_(cholesky) || (ROLN_(layers) == 0 && !(ROLN_BASE)))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLN_(L1) == 0 || ROLN_(L0) > 0) && (ROLN_(L2) == 0 || ROLN_(L1) > 0) &&
                                        (ROLN_(L3) == 0 || ROLN_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
-ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
-                                          ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0)
+ROLNI_ASSERT(polynomials_need_two_degrees_2_to_8,
+             ROLN_(polynomials) == 0 || (ROLN_(degree_m) >= 2 && ROLN_(degree_m) <= ROLN_DEGREE_MAX && ROLN_(degree_v) >= 2 &&
+                                         ROLN_(degree_v) <= ROLN_DEGREE_MAX && ROLNI_AT(2, ROLN_POLYNOMIALS) == 0))
+ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLN_(polynomials) > 0 ||
+                                          (ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
+                                           ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0))
 ROLNI_ASSERT(sizes_fit_the_packed_format, ROLN_(N) < 65536 && ROLN_(wide) < 65536)
 ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
              ROLNI_TOTAL(ROLNI_NO_BIT, ROLN_ANGLES) == 0 &&
@@ -2917,15 +2933,15 @@ typedef struct {
 } ROLN_(plan);
 #endif
 
-#define ROLNI_MLP_OF(out) \
+#define ROLNI_MLP_OF(which, out) \
     {ROLN_(mlp_layers), \
-     {ROLN_(into), ROLN_(polynomials) > 0 && (out) > 1 ? ROLN_(terms) : ROLN_(H1), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
-      ROLNI_OR(ROLN_(H5), out), out}, (out) > 1 ? ROLN_(polynomials) : ROLN_(degree_v)}
+     {ROLN_(into), ROLN_(hidden_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
+      ROLNI_OR(ROLN_(H5), out), out}, ROLN_(degree_##which)}
 #define ROLNI_LNN_OF(friction) \
-    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers), \
+    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), ROLN_BASE, ROLN_(layers), \
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
-     ROLNI_MLP_OF(ROLN_(outputs)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
-     friction, ROLN_SQUARES, ROLN_(driven)}
+     ROLNI_MLP_OF(m, ROLN_(outputs)), ROLNI_MLP_OF(v, 1), ROLNI_MLP_OF(m, ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
+     friction, ROLN_(squares), ROLN_(driven)}
 static const roln_model ROLN_(model) = {
     {ROLN_(ae_layers),
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
@@ -7575,7 +7591,6 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_AE
 #undef ROLN_MLP
 #undef ROLN_POLYNOMIALS
-#undef ROLN_SQUARES
 #undef ROLN_INTEGRATOR
 #undef ROLN_FILTER
 #undef ROLN_SLOPE

@@ -480,15 +480,32 @@ ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *th
    by z_j are exactly 0, and (M zd)_j is conserved where no force and no friction acts on it. Training keeps these weights: the
    gradient by weights of an input that a network does not see is 0. Random weights are not 0. */
 
-/* Nonzero if all weights of input i of the first layer are 0. */
+/* Nonzero if a hidden polynomial depends on input i. */
+ROLN_FN int rolni_depends(const roln_mlp *f, int hidden, int i)
+{
+    return hidden < f->size[0] ? hidden == i : rolni_polynomial_has(f->size[0], f->degree, hidden - f->size[0], i);
+}
+
+/* Nonzero if all weights of input i of the first layer are 0, or of the polynomials that depend on it. */
 ROLN_FN int rolni_unseen(const roln_mlp *f, int i, const roln_real *theta)
 {
-    const roln_real *const w = theta + i * f->size[1];
-    int k;
-    if (f->degree > 0) return 0; /* it sees all of them */
-    for (k = 0; k < f->size[1]; k++)
-        if (w[k] != 0) return 0;
+    const int rows = f->degree > 0 ? f->size[1] : 1, cols = f->degree > 0 ? f->size[2] : f->size[1];
+    const roln_real *const w = f->degree > 0 ? theta : theta + i * cols;
+    int h, k;
+    for (h = 0; h < rows; h++)
+        for (k = 0; k < cols && (rows == 1 || rolni_depends(f, h, i)); k++)
+            if (w[k * rows + h] != 0) return 0;
     return 1;
+}
+
+/* What belongs to input i in theta, or in its gradient, becomes 0. */
+ROLN_FN void rolni_unsee(const roln_mlp *f, int i, roln_real *theta)
+{
+    int h, k;
+    if (f->degree == 0) rolni_zero(f->size[1], theta + i * f->size[1]);
+    for (h = 0; h < f->size[1] && f->degree > 0; h++)
+        for (k = 0; k < f->size[2] && rolni_depends(f, h, i); k++)
+            theta[k * f->size[1] + h] = 0;
 }
 
 /* gtheta of the inputs that a network does not see becomes 0. */
@@ -496,7 +513,7 @@ ROLN_FN void rolni_unseen_bwd(const roln_mlp *f, const roln_real *theta, roln_re
 {
     int i;
     for (i = 0; i < f->size[0]; i++)
-        if (rolni_unseen(f, i, theta)) rolni_zero(f->size[1], gtheta + i * f->size[1]);
+        if (rolni_unseen(f, i, theta)) rolni_unsee(f, i, gtheta);
 }
 
 /* The input of the networks that is sin z_j of an angle, and j of another coordinate. */
@@ -508,26 +525,48 @@ ROLN_FN int rolni_second_input(const roln_lnn *f, int j)
     return roln_lnn_angle(f, j) ? at : j;
 }
 
+/* The networks of f and where their weights begin, the first `count` of which it has: of M, V and R. */
+typedef struct {
+    const roln_mlp *net[3];
+    int at[3], count;
+} rolni_nets;
+
+ROLN_FN rolni_nets rolni_nets_of(const roln_lnn *f)
+{
+    rolni_nets all;
+    all.net[0] = &f->mass_net, all.net[1] = &f->potential_net, all.net[2] = &f->damper_net;
+    all.at[0] = 0, all.at[1] = rolni_potential_at(f), all.at[2] = rolni_damper_at(f);
+    all.count = 2 + (f->damping > 0);
+    return all;
+}
+
 /* z_j becomes ignorable, 0 <= j < n. */
 ROLN_FN void roln_lnn_ignore(const roln_lnn *f, int j, roln_real *theta)
 {
-    roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
-    const int size = f->mass_net.size[1];
+    const rolni_nets all = rolni_nets_of(f);
     int k;
-    for (k = 0; k < 2 + (f->damping > 0); k++) {
-        rolni_zero(size, nets[k] + j * size);
-        rolni_zero(size, nets[k] + rolni_second_input(f, j) * size);
+    for (k = 0; k < all.count; k++) {
+        rolni_unsee(all.net[k], j, theta + all.at[k]);
+        rolni_unsee(all.net[k], rolni_second_input(f, j), theta + all.at[k]);
     }
 }
 
 /* Nonzero if z_j is ignorable, 0 <= j < n. */
 ROLN_FN int roln_lnn_ignores(const roln_lnn *f, int j, const roln_real *theta)
 {
-    const roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
+    const rolni_nets all = rolni_nets_of(f);
     int k, unseen = 1;
-    for (k = 0; k < 2 + (f->damping > 0); k++)
-        unseen = unseen && rolni_unseen(&f->mass_net, j, nets[k]) && rolni_unseen(&f->mass_net, rolni_second_input(f, j), nets[k]);
+    for (k = 0; k < all.count; k++)
+        unseen = unseen && rolni_unseen(all.net[k], j, theta + all.at[k]) &&
+                 rolni_unseen(all.net[k], rolni_second_input(f, j), theta + all.at[k]);
     return unseen;
+}
+
+/* Room for the hidden layers of any network. */
+ROLN_FN int rolni_hidden(const roln_lnn *f)
+{
+    const int mass = roln_mlp_hidden(&f->mass_net), potential = roln_mlp_hidden(&f->potential_net);
+    return ROLN_MAX(mass, potential);
 }
 
 /* Columns of L, and outputs of the mass network. */
@@ -617,7 +656,7 @@ typedef struct {
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
     const int cholesky = (f)->mass == ROLN_CHOLESKY, columns = rolni_columns(f), outputs = rolni_outputs(f); \
-    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->potential_net), cossin = rolni_cossin(f)
+    const int formed = rolni_formed(f), hidden = rolni_hidden(f), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
 ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
@@ -1289,7 +1328,7 @@ enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
 ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
                             roln_real *work)
 {
-    const int hidden = nb * roln_mlp_hidden(&f->potential_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
+    const int hidden = nb * rolni_hidden(f), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
     const roln_real *potential = theta + rolni_potential_at(f), *y = rolni_into(f, dirs, nb, t);
     roln_real *rest = keep ? work : work + hidden;
     int r;
@@ -1479,7 +1518,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
     for (r = 1; f->angles && wanted >= ROLNI_CORIOLIS && r <= dirs; r++)
         rolni_see_along(f, nb, y, t.x + r * nb * n, y + r * nb * rolni_cossin(f));
     rolni_networks(f, dirs, keep, nb, theta, wanted, &t, work);
-    work += keep ? 0 : nb * roln_mlp_hidden(&f->potential_net);
+    work += keep ? 0 : nb * rolni_hidden(f);
     rest = work;
     {
         ROLNI_EVAL_MEM(ROLNI_CARVE, ROLNI_LOCAL, keep)
@@ -1590,7 +1629,7 @@ ROLN_FN void rolni_friction_bwd(const roln_lnn *f, int nb, const roln_real *law,
 ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                  roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int hidden = roln_mlp_hidden(&f->potential_net), at = rolni_potential_at(f);
+    const int hidden = rolni_hidden(f), at = rolni_potential_at(f);
     roln_mlp_plane plane[2];
     int i;
     ROLNI_POTENTIAL_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
@@ -1611,7 +1650,7 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->potential_net), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
+    const int n = f->n, k = of->k, hidden = rolni_hidden(f), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
     const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
@@ -2083,7 +2122,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
             D[nn + i * (n + 1)] += slope[i];
     }
     if (f->damping) {
-        const int hidden = roln_mlp_hidden(&f->damper_net), cossin = rolni_cossin(f);
+        const int hidden = rolni_hidden(f), cossin = rolni_cossin(f);
         ROLNI_DISSIPATION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
         rolni_see_all(f, 1, t, x);
         roln_mlp_forward(&f->damper_net, 0, n, 1, theta + rolni_damper_at(f), x, u, t->damper_slope, out);
@@ -2569,7 +2608,7 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
                                 roln_real *work)
 {
-    const int n = f->n, hidden = roln_mlp_hidden(&f->potential_net), outputs = rolni_outputs(f), cossin = rolni_cossin(f);
+    const int n = f->n, hidden = rolni_hidden(f), outputs = rolni_outputs(f), cossin = rolni_cossin(f);
     int j;
     ROLNI_MOMENTUM_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_see_all(f, 1, t, in);

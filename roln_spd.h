@@ -2498,6 +2498,26 @@ ROLN_FN void rolni_polynomials_along(int n, int degree, const roln_real *z, cons
     }
 }
 
+/* Nonzero if polynomial f of p depends on z_j. */
+ROLN_FN int rolni_polynomial_has(int n, int degree, int f, int j)
+{
+    rolni_walk w = rolni_walk_of(n, degree);
+    int e = degree, i, k;
+    while (e > 2 && f < w.at[e])
+        e--;
+    for (f -= w.at[e];;) { /* number f of those of degree e */
+        w = rolni_walk_of(n, degree);
+        for (i = 0; w.upto[e] <= f; i++)
+            rolni_walk_in(degree, &w);
+        i--, f -= w.upto[e] - w.upto[e - 1];
+        if (i == j) return 1;
+        for (k = 1; k < e && f >= w.upto[e - k] - w.upto[e - k - 1]; k++)
+            f -= w.upto[e - k] - w.upto[e - k - 1];
+        if (k == e) return 0;
+        e -= k;
+    }
+}
+
 /* pab_f = D^2 p_f(z)[a, b], from z, a, b [n], p(z) and its derivatives pa, pb along a, b. */
 ROLN_FN void rolni_polynomials_mixed(int n, int degree, const roln_real *z, const roln_real *p, const roln_real *const by[2],
                                      const roln_real *const pby[2], roln_real *pab)

@@ -27,7 +27,7 @@ static struct {
 
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
-    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
+    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers, columns, outputs, polynomials;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
     int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1;
     int stage_1, step_1, dissipation, zdd_jac, midpoint_row, stick_slopes;
@@ -44,11 +44,14 @@ ROLN_FN void set_sizes(const roln_lnn *f)
     sz.cossin = f->angles ? net->size[0] : 0;
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.layers = f->layers, sz.formed = sz.cholesky || f->layers > 0;
     for (i = 0; i < net->layers; i++) {
-        if (i % 2) odd = ROLN_MAX(odd, net->size[i]);
-        else even = ROLN_MAX(even, net->size[i]);
-        if (i > 0) sz.hidden += net->size[i];
+        const int size = ROLN_MAX(net->size[i], f->potential_net.size[i]);
+        if (i % 2) odd = ROLN_MAX(odd, size);
+        else even = ROLN_MAX(even, size);
+        if (i > 0) sz.hidden += size;
     }
-    sz.wide = even + odd;
+    sz.polynomials = net->degree > 0;
+    sz.wide = even + odd + 4 * sz.polynomials * sz.hidden;
+    sz.columns = f->squares > 0 ? f->squares : f->n, sz.outputs = net->size[net->layers];
     sz.row_mass = ROLNI_MASS_ROW_WORK(SZ), sz.row_dm = ROLNI_DM_WORK(SZ), sz.row_bwd = ROLNI_ROW_BWD_WORK(SZ, 0, 0);
     sz.row_bwd_0 = ROLNI_ROW_BWD_WORK(SZ, 0, 1), sz.row_bwd_1 = ROLNI_ROW_BWD_WORK(SZ, 1, 1);
     sz.row_bwd_2 = ROLNI_ROW_BWD_WORK(SZ, 2, 1);
@@ -107,12 +110,32 @@ ROLN_FN int part_of(int i, int *mirror)
 
 /* ---- twins ---- */
 
+/* All products of Chebyshev polynomials of total degree e in x_0 .. x_last: by their last variable, then by its power. Returns their
+   number. */
+ROLN_FN int t_products(const ld *x, int e, int last, ld *y)
+{
+    int i, j, k, count = 0;
+    for (i = 0; i <= last; i++) {
+        ld before = 1, T = x[i];
+        for (k = 1; k <= e; k++) {
+            ld rest[64];
+            const ld next = 2 * x[i] * T - before;
+            const int others = k == e ? 1 : t_products(x, e - k, i - 1, rest);
+            for (j = 0; j < others; j++) y[count++] = T * (k == e ? 1 : rest[j]);
+            before = T, T = next;
+        }
+    }
+    return count;
+}
+
 ROLN_FN void t_mlp(const roln_mlp *f, const ld *th, const ld *x, ld *y)
 {
     ld a[2][64];
-    int l, i, j;
-    for (i = 0; i < f->size[0]; i++) a[0][i] = x[i];
-    for (l = 0; l < f->layers; l++) {
+    int l = f->degree > 0, i, j, e;
+    for (i = 0; i < f->size[0]; i++) a[l][i] = x[i];
+    for (e = 2; e <= f->degree; e++) i += t_products(x, e, f->size[0] - 1, a[1] + i);
+    CHECK(i == f->size[l]);
+    for (; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1], last = l + 1 == f->layers;
         ld *out = last ? y : a[(l + 1) % 2];
         for (j = 0; j < no; j++) {
@@ -179,11 +202,17 @@ ROLN_FN void t_spectral(int kind, int n, const ld *X, ld *Y, ld *l)
 /* The mass matrix. */
 ROLN_FN void t_mass(const ld *z, ld *X)
 {
-    ld u[ROLN_TRI(MAXN)], U[MAXN * MAXN], W[MAXN * MAXN], E[MAXN * MAXN];
+    ld u[4 * MAXN * MAXN], U[MAXN * MAXN], W[MAXN * MAXN], E[MAXN * MAXN];
     const roln_lnn *f = &m.f;
     const int w = f->n;
-    int i, j;
+    int i, j, k;
     t_net(&f->mass_net, m.th, z, u);
+    if (f->squares > 0) { /* L is all of u */
+        for (i = 0; i < w * w; i++)
+            for (X[i] = i % (w + 1) ? 0 : (ld)f->eigenvalue_floor, k = 0; k < f->squares; k++)
+                X[i] += u[i / w * f->squares + k] * u[i % w * f->squares + k];
+        return;
+    }
     t_low(w, u, f->mass == ROLN_EXPONENTIAL, U);
     if (f->mass == ROLN_CHOLESKY) {
         for (i = 0; i < w * w; i++) W[i] = i % (w + 1) == 0;
@@ -519,6 +548,24 @@ ROLN_FN roln_lnn cholesky(roln_lnn f)
     return f;
 }
 
+/* M = L L^T + floor I with so many columns, all of whose entries are learned. */
+ROLN_FN roln_lnn squares(roln_lnn f, int columns)
+{
+    f = cholesky(f);
+    f.squares = columns, f.mass_net.size[f.mass_net.layers] = f.n * columns;
+    return f;
+}
+
+/* Polynomials of these degrees in place of the networks of M and of V. */
+ROLN_FN roln_lnn polynomial(roln_lnn f, int degree, int of_v)
+{
+    const int in = f.mass_net.size[0];
+    f.mass_net.degree = f.damper_net.degree = degree, f.potential_net.degree = of_v;
+    f.mass_net.size[1] = f.damper_net.size[1] = in + ROLN_MONOMIALS(in, degree);
+    f.potential_net.size[1] = in + ROLN_MONOMIALS(in, of_v);
+    return f;
+}
+
 ROLN_FN roln_lnn damped(roln_lnn f)
 {
     f.damping = 1;
@@ -564,7 +611,7 @@ ROLN_FN roln_lnn turning(roln_lnn f, uint32_t angles)
 
 /* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
 /* behind VARIANTS those with angles, behind TURNING with friction, or both, behind KINKED with drag or the law of friction 2 */
-enum { VARIANTS = 10, TURNING = 13, KINKED = 15, ALL = 20 };
+enum { VARIANTS = 12, TURNING = 16, KINKED = 18, ALL = 24 };
 ROLN_FN roln_lnn variant(int i)
 {
     switch (i) {
@@ -578,15 +625,19 @@ ROLN_FN roln_lnn variant(int i)
     case 7: return damped(behind(shape(1, 0, 2, 2, 0), 1));
     case 8: return behind(shape(2, 0, 2, 2, 0), 2);
     case 9: return shape(2, 1, 2, 2, 0);
-    case 10: return turning(damped(shape(2, 1, 2, 3, 0)), 2);
-    case 11: return turning(cholesky(damped(shape(3, 0, 3, 2, 2))), 5);
-    case 12: return turning(shape(2, 0, 2, 3, 0), 3);
-    case 13: return rubbing(shape(2, 0, 2, 3, 0));
-    case 14: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
-    case 15: return grinding(shape(2, 0, 2, 3, 0));
-    case 16: return dragged(shape(2, 0, 2, 3, 0));
-    case 17: return grinding(dragged(shape(1, 0, 2, 2, 0)));
-    case 18: return grinding(turning(dragged(shape(2, 1, 3, 2, 2)), 2));
+    case 10: return polynomial(squares(shape(2, 0, 2, 0, 0), 3), 2, 3);
+    case 11: return polynomial(damped(shape(2, 1, 2, 0, 0)), 3, 2);
+    case 12: return turning(damped(shape(2, 1, 2, 3, 0)), 2);
+    case 13: return turning(cholesky(damped(shape(3, 0, 3, 2, 2))), 5);
+    case 14: return turning(shape(2, 0, 2, 3, 0), 3);
+    case 15: return polynomial(damped(squares(turning(shape(2, 0, 2, 0, 0), 1), 2)), 2, 4);
+    case 16: return rubbing(shape(2, 0, 2, 3, 0));
+    case 17: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
+    case 18: return grinding(shape(2, 0, 2, 3, 0));
+    case 19: return dragged(shape(2, 0, 2, 3, 0));
+    case 20: return grinding(dragged(shape(1, 0, 2, 2, 0)));
+    case 21: return grinding(turning(dragged(shape(2, 1, 3, 2, 2)), 2));
+    case 22: return grinding(polynomial(squares(turning(shape(2, 0, 2, 0, 0), 2), 3), 2, 3));
     default: return grinding(turning(behind(shape(3, 0, 2, 2, 0), 1), 3));
     }
 }
@@ -621,7 +672,7 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
     for (i = friction_at; i < base_at; i++) th[i] += more[(i - friction_at) / n];
-    for (i = 0; drives(f) && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through V */
+    for (i = net->degree > 0 ? net->layers : 0; drives(f) && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through V */
         for (j = 0; j < (i == 0 ? net->size[0] : 1); j++) at[j * net->size[i + 1]] = 2 + ROLN_ABS(at[j * net->size[i + 1]]);
         at += (net->size[i] + 1) * net->size[i + 1];
     }
