@@ -2637,19 +2637,21 @@ ROLNI_INTS
     ROLN_(into) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* inputs */
     ROLN_(degree_m) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
     ROLN_(polynomials) = ROLN_(degree_m) > 0,
-    ROLN_(hidden_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLNI_AT(0, ROLN_MLP),
-    ROLN_(hidden_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
-    ROLN_(H1) = ROLN_MAX(ROLN_(hidden_m), ROLN_(hidden_v)), /* of M and R, of V */
+    ROLN_(H1_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(H1_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(H1) = ROLN_(H1_m), /* of M and R */
     ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
     ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
+    ROLN_(hidden_v) = ROLN_(H1_v) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
     ROLN_(odd) = ROLN_MAX(ROLN_(H1), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
-    ROLN_(wide) = ROLN_(even) + ROLN_(odd) + ROLN_(polynomials) * 4 * ROLN_(hidden),
+    ROLN_(wide) = ROLN_(even) + ROLN_(odd),
+    ROLN_(wide_v) = ROLN_(even) + ROLN_MAX(ROLN_(H1_v), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
     ROLN_(last) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLNI_OR(ROLN_(H2), ROLN_(H1))))),
-    ROLN_(last_m) = ROLN_(polynomials) ? ROLN_(hidden_m) : ROLN_(last),
-    ROLN_(last_v) = ROLN_(polynomials) ? ROLN_(hidden_v) : ROLN_(last),
+    ROLN_(last_m) = ROLN_(polynomials) ? ROLN_(H1_m) : ROLN_(last),
+    ROLN_(last_v) = ROLN_(polynomials) ? ROLN_(H1_v) : ROLN_(last),
     ROLN_(trunk) = (1 - ROLN_(polynomials)) * (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
@@ -2935,7 +2937,7 @@ typedef struct {
 
 #define ROLNI_MLP_OF(which, out) \
     {ROLN_(mlp_layers), \
-     {ROLN_(into), ROLN_(hidden_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
+     {ROLN_(into), ROLN_(H1_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
       ROLNI_OR(ROLN_(H5), out), out}, ROLN_(degree_##which)}
 #define ROLNI_LNN_OF(friction) \
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), ROLN_BASE, ROLN_(layers), \

@@ -150,7 +150,7 @@ ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const
 
 /* Backward. plane [planes] in, plane 0 the value; may be NULL where planes = 1 and gtheta is NULL. slope of the value,
    gy [planes][nb][out] in; adds to gx [planes][nb][in] and gtheta (each may be NULL). work: the cotangents of two
-   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1), of polynomials 4 hidden more. */
+   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1); of polynomials 4 hidden more, behind these. */
 #define ROLN_MLP_BWD_WORK(planes, nb, wide) ((planes) * (nb) * (wide))
 ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_mlp_plane *plane,
                           const roln_real *slope, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
@@ -247,7 +247,8 @@ ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, cons
 }
 
 /* roln_mlp_hessian of polynomials. */
-#define ROLNI_POLYNOMIALS_HESSIAN_MEM(X, in, hidden) X(e, in) X(h, in) X(yj, hidden) X(yv, hidden) X(y2, hidden)
+#define ROLNI_POLYNOMIALS_HESSIAN_MEM(X, k, in, hidden) \
+    X(e, in) X(h, in) X(yj, hidden) X(yv, ((k) > 1) * (hidden)) X(y2, ((k) > 1) * (hidden))
 ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real *W, const roln_real *slope,
                                        const roln_mlp_plane *ga, const roln_mlp_plane *along, const roln_real *x, roln_real *y,
                                        roln_real *H, roln_real *work)
@@ -255,7 +256,7 @@ ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real
     const int n = f->size[0], F = f->size[1], out = f->size[2];
     const roln_real *v = along ? rolni_plane_input(f, along, 1, 1, 0) : NULL;
     int i, j, k;
-    ROLNI_POLYNOMIALS_HESSIAN_MEM(ROLNI_CARVE, n, F)
+    ROLNI_POLYNOMIALS_HESSIAN_MEM(ROLNI_CARVE, along ? 2 : 1, n, F)
     for (j = 0; j < m; j++) {
         for (i = 0; i < n; i++)
             yj[i] = x ? x[j * n + i] : ROLNI_AS(roln_real, i == j), h[i] = 0;
@@ -593,8 +594,8 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY, SPD layers or driven
        cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden                     polynomials 1: in place of networks
-       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5;
-                   of polynomials 4 hidden more
+       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
+       hidden_v, wide_v  the same of V, where they differ: of polynomials
        layers      SPD layers
    and these, each on a line of its own, so that no line of the preprocessor becomes long: what a row of a block takes,
        row_mass    ROLNI_MASS_ROW_WORK(S)              row_dm      ROLNI_DM_WORK(S)
@@ -639,8 +640,8 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(C, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        its Cholesky factor */ \
     X(mass_slope, (keep) * (nb) * S(hidden))                       /* traces of the networks: see roln_mlp_forward */ \
     X(mass_out, (keep) * (1 + (dirs)) * (nb) * S(hidden)) \
-    X(potential_slope, (keep) * (nb) * S(hidden)) \
-    X(potential_out, (keep) * (nb) * S(hidden)) \
+    X(potential_slope, (keep) * (nb) * S(hidden_v)) \
+    X(potential_out, (keep) * (nb) * S(hidden_v)) \
     X(damper_slope, (keep) * (S(damping) > 0) * (nb) * S(hidden)) \
     X(damper_out, (keep) * (S(damping) > 0) * (nb) * S(hidden))
 
@@ -656,7 +657,8 @@ typedef struct {
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
     const int cholesky = (f)->mass == ROLN_CHOLESKY, columns = rolni_columns(f), outputs = rolni_outputs(f); \
-    const int formed = rolni_formed(f), hidden = rolni_hidden(f), cossin = rolni_cossin(f)
+    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), hidden_v = roln_mlp_hidden(&(f)->potential_net); \
+    const int cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
 ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
@@ -1299,7 +1301,7 @@ ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_rea
 
 /* gz [nb][n] = the gradient by z of the potential network (potential 1) or of the mass network (0), whose outputs have the
    cotangents gy, on a tape with its slopes. second: the cotangents within stay, in place of the outputs of the value. */
-#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + ((nb) + (S(polynomials) > 0) * 4) * S(hidden))
+#define ROLNI_BELOW_WORK(S, nb, hidden) ((nb) * S(cossin) + ((nb) + S(polynomials) * 4) * (hidden))
 ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int second, int nb, const roln_real *theta,
                               const rolni_tape *t, const roln_real *gy, roln_real *gz, roln_real *work)
 {
@@ -1321,10 +1323,11 @@ enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
 
 /* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
    the tape or, without keep, in the first nb hidden numbers of work, where t->mass_slope then points. */
+#define ROLNI_MOST_HIDDEN(S) ROLN_MAX(S(hidden), S(hidden_v))
 #define ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb) \
-    ((1 - (keep)) * (nb) * S(hidden) + \
-     ROLN_MAX((1 - (keep)) * (1 + ((wanted) < ROLNI_CORIOLIS ? 0 : (dirs))) * (nb) * S(hidden), \
-              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLNI_BELOW_WORK(S, nb)))
+    ((1 - (keep)) * (nb) * ROLNI_MOST_HIDDEN(S) + \
+     ROLN_MAX((1 - (keep)) * (nb) * ROLN_MAX((1 + ((wanted) < ROLNI_CORIOLIS ? 0 : (dirs))) * S(hidden), S(hidden_v)), \
+              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLNI_BELOW_WORK(S, nb, S(hidden_v))))
 ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
                             roln_real *work)
 {
@@ -1494,8 +1497,8 @@ ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, in
                                  : S(row_all_0))
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
     ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
-             (1 - (keep)) * (nb) * S(hidden) + \
-                 ROLN_MAX(ROLNI_EVAL_ROW(S, keep, wanted), (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb)))
+             (1 - (keep)) * (nb) * ROLNI_MOST_HIDDEN(S) + \
+                 ROLN_MAX(ROLNI_EVAL_ROW(S, keep, wanted), (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb, S(hidden))))
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
@@ -1555,9 +1558,10 @@ typedef struct {
 /* -a^T d = -(L^T a)^T (L^T zd) and, with drag, -x^T (|y| o y), x = W^T a, y = W^T zd, so that
        g_W = -(a (|y| o y)^T + zd (2 |y| o x)^T),   g_zd = -W (2 |y| o x) .
    Adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
+#define ROLNI_NET_BWD_WORK(S, planes, nb) (ROLN_MLP_BWD_WORK(planes, nb, S(wide)) + 4 * S(polynomials) * S(hidden)) /* of M, R */
 #define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * S(damper))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
-    (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide))))
+    (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLNI_NET_BWD_WORK(S, 1, nb)))
 ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                roln_real *gy, roln_real *gzd, roln_real *gtheta, roln_real *work)
 {
@@ -1623,13 +1627,13 @@ ROLN_FN void rolni_friction_bwd(const roln_lnn *f, int nb, const roln_real *law,
 }
 
 /* -a^T g = -DV[a]: adds to gy [2][nb][inputs], the cotangents of what the network sees of z and of a, given as a, and to gtheta. */
-#define ROLNI_POTENTIAL_BWD_MEM(X, S, nb) X(gv, 2 * (nb)) X(out, (nb) * S(hidden))
+#define ROLNI_POTENTIAL_BWD_MEM(X, S, nb) X(gv, 2 * (nb)) X(out, (nb) * S(hidden_v))
 #define ROLNI_POTENTIAL_BWD_WORK(S, nb) \
-    (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide)))
+    (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide_v)) + 4 * S(polynomials) * S(hidden_v))
 ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                  roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int hidden = rolni_hidden(f), at = rolni_potential_at(f);
+    const int hidden_v = roln_mlp_hidden(&f->potential_net), at = rolni_potential_at(f);
     roln_mlp_plane plane[2];
     int i;
     ROLNI_POTENTIAL_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
@@ -1646,11 +1650,11 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 #define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * S(outputs)) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
-     ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
+     ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLNI_NET_BWD_WORK(S, 1 + (k), nb)))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, k = of->k, hidden = rolni_hidden(f), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
+    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->mass_net), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
     const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
@@ -1829,6 +1833,9 @@ ROLN_FN void rolni_see_all(const roln_lnn *f, int k, const rolni_tape *t, roln_r
 
 /* Adds to H [n][n] the second derivatives by z of gy^T y, y the potential (gy = 1) or the outputs of the mass network (gy those of
    kin, fixed), on a tape filled with ROLNI_SECOND. u: derivatives of the outputs along x, [k][n][out], NULL: not wanted. */
+#define ROLNI_CURVATURE_WORK(S, k) \
+    (S(polynomials) ? 2 * ROLNI_INPUTS(S) + ROLN_MAX((5 + 2 * ((k) > 1)) * S(hidden), 5 * S(hidden_v)) \
+                    : ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)))
 ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln_real *theta, const rolni_tape *t,
                              const roln_real *x, roln_real *u, roln_real *H, roln_real *work)
 {
@@ -2048,7 +2055,7 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
 #define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * S(outputs)) X(V, 3 * S(n) * S(n))
 #define ROLNI_MOTION_JAC_WORK(S, k) \
     (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
-     ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n), S(columns)) \
+     ROLN_MAX(ROLNI_CURVATURE_WORK(S, k), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n), S(columns)) \
                                                                 : S(layers) > 0 ? ROLNI_LAYERS_JAC_WORK(S, k) \
                                                                               : ROLNI_EXP_JAC_WORK(S(n), k)))
 ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
@@ -2122,7 +2129,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
             D[nn + i * (n + 1)] += slope[i];
     }
     if (f->damping) {
-        const int hidden = rolni_hidden(f), cossin = rolni_cossin(f);
+        const int hidden = roln_mlp_hidden(&f->damper_net), cossin = rolni_cossin(f);
         ROLNI_DISSIPATION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
         rolni_see_all(f, 1, t, x);
         roln_mlp_forward(&f->damper_net, 0, n, 1, theta + rolni_damper_at(f), x, u, t->damper_slope, out);
@@ -2608,7 +2615,7 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
                                 roln_real *work)
 {
-    const int n = f->n, hidden = rolni_hidden(f), outputs = rolni_outputs(f), cossin = rolni_cossin(f);
+    const int n = f->n, hidden = roln_mlp_hidden(&f->mass_net), outputs = rolni_outputs(f), cossin = rolni_cossin(f);
     int j;
     ROLNI_MOMENTUM_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_see_all(f, 1, t, in);
@@ -2972,7 +2979,7 @@ ROLN_FN roln_status roln_lnn_stick(const roln_lnn *f, const roln_system *sys, in
 #define ROLNI_STICK_SLOPES_MEM(X, S) X(y, S(n)) X(H, S(n) * S(n)) X(in, S(n) * S(cossin))
 #define ROLNI_STICK_SLOPES_WORK(S) \
     (0 ROLNI_STICK_SLOPES_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), (ROLNI_LAW(S(friction)) > 2) * ROLN_MLP_HESSIAN_WORK(S(n), S(n), S(wide))))
+     ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), (ROLNI_LAW(S(friction)) > 2) * ROLNI_CURVATURE_WORK(S, 1)))
 ROLN_FN void rolni_stick_slopes(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real h, const roln_real *zd,
                                 roln_real *stick, roln_real *K, roln_real *fall, roln_real *work)
 {

@@ -27,7 +27,7 @@ static struct {
 
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
-    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers, columns, outputs, polynomials;
+    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers, columns, outputs, polynomials, hidden_v, wide_v;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
     int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1;
     int stage_1, step_1, dissipation, zdd_jac, midpoint_row, stick_slopes;
@@ -37,20 +37,20 @@ static struct {
 ROLN_FN void set_sizes(const roln_lnn *f)
 {
     const roln_mlp *net = &f->mass_net;
-    int i, even = 0, odd = 0;
+    int i, even = 0, odd = 0, odd_v = 0;
     memset(&sz, 0, sizeof sz);
     sz.n = f->n, sz.base = f->base, sz.damping = f->damping, sz.friction = f->friction;
     sz.damper = f->damping ? f->damper_net.size[f->damper_net.layers] : 0;
     sz.cossin = f->angles ? net->size[0] : 0;
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.layers = f->layers, sz.formed = sz.cholesky || f->layers > 0;
     for (i = 0; i < net->layers; i++) {
-        const int size = ROLN_MAX(net->size[i], f->potential_net.size[i]);
-        if (i % 2) odd = ROLN_MAX(odd, size);
-        else even = ROLN_MAX(even, size);
-        if (i > 0) sz.hidden += size;
+        const int of_v = f->potential_net.size[i];
+        if (i % 2) odd = ROLN_MAX(odd, net->size[i]), odd_v = ROLN_MAX(odd_v, of_v);
+        else even = ROLN_MAX(even, net->size[i]);
+        if (i > 0) sz.hidden += net->size[i], sz.hidden_v += of_v;
     }
     sz.polynomials = net->degree > 0;
-    sz.wide = even + odd + 4 * sz.polynomials * sz.hidden;
+    sz.wide = even + odd, sz.wide_v = even + odd_v;
     sz.columns = f->squares > 0 ? f->squares : f->n, sz.outputs = net->size[net->layers];
     sz.row_mass = ROLNI_MASS_ROW_WORK(SZ), sz.row_dm = ROLNI_DM_WORK(SZ), sz.row_bwd = ROLNI_ROW_BWD_WORK(SZ, 0, 0);
     sz.row_bwd_0 = ROLNI_ROW_BWD_WORK(SZ, 0, 1), sz.row_bwd_1 = ROLNI_ROW_BWD_WORK(SZ, 1, 1);
@@ -688,7 +688,8 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
         if (cyclic >> j & 1) roln_lnn_ignore(f, j, th);
     }
     for (j = 0; j < n; j++) {
-        roln_real *const seen[2] = {th + j * f->mass_net.size[1], th + rolni_second_input(f, j) * f->mass_net.size[1]};
+        const int step = f->mass_net.degree > 0 ? 1 : f->mass_net.size[1]; /* from the weights of an input to those of the next */
+        roln_real *const seen[2] = {th + j * step, th + rolni_second_input(f, j) * step};
         CHECK(roln_lnn_ignores(f, j, th) == (int)(cyclic >> j & 1));
         for (i = 0; i < 2 && cyclic >> j & 1; i++) { /* a network that sees the cosine or the sine alone sees the angle */
             seen[i][0] = 1;
