@@ -130,12 +130,12 @@ ROLN_FN const roln_real *rolni_plane_input(const roln_mlp *f, const roln_mlp_pla
 }
 
 /* Backward of the polynomials of one sample whose values are y [F], as they lie in slope: from the cotangents gy of y and, along
-   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [4 F]. */
+   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [2 F], along x [4 F]. */
 ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
                                     const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
 {
     const int n = f->size[0], F = f->size[1];
-    roln_real *const at = work, *const g = work + 2 * F;
+    roln_real *const at = work, *const g = work + (yt ? 2 : 1) * F;
     int i;
     rolni_copy(F, y, at);
     if (gy) rolni_copy(F, gy, g);
@@ -1301,7 +1301,7 @@ ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_rea
 
 /* gz [nb][n] = the gradient by z of the potential network (potential 1) or of the mass network (0), whose outputs have the
    cotangents gy, on a tape with its slopes. second: the cotangents within stay, in place of the outputs of the value. */
-#define ROLNI_BELOW_WORK(S, nb, hidden) ((nb) * S(cossin) + ((nb) + S(polynomials) * 4) * (hidden))
+#define ROLNI_BELOW_WORK(S, nb, hidden) ((nb) * S(cossin) + ((nb) + 2 * S(polynomials)) * (hidden))
 ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int second, int nb, const roln_real *theta,
                               const rolni_tape *t, const roln_real *gy, roln_real *gz, roln_real *work)
 {
@@ -1558,7 +1558,8 @@ typedef struct {
 /* -a^T d = -(L^T a)^T (L^T zd) and, with drag, -x^T (|y| o y), x = W^T a, y = W^T zd, so that
        g_W = -(a (|y| o y)^T + zd (2 |y| o x)^T),   g_zd = -W (2 |y| o x) .
    Adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
-#define ROLNI_NET_BWD_WORK(S, planes, nb) (ROLN_MLP_BWD_WORK(planes, nb, S(wide)) + 4 * S(polynomials) * S(hidden)) /* of M, R */
+#define ROLNI_NET_BWD_WORK(S, planes, nb) /* of M, R */ \
+    (ROLN_MLP_BWD_WORK(planes, nb, S(wide)) + ((planes) > 1 ? 4 : 2) * S(polynomials) * S(hidden))
 #define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * S(damper))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
     (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLNI_NET_BWD_WORK(S, 1, nb)))
@@ -1654,7 +1655,7 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->mass_net), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
+    const int k = of->k, hidden = roln_mlp_hidden(&f->mass_net), outputs = rolni_outputs(f), stride = nb * outputs;
     const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
@@ -1663,8 +1664,8 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
     if (k > 0) roln_mlp_forward(&f->mass_net, 0, 1, nb, theta, a, gu + stride, t->mass_slope, out); /* u along a */
     row.theta = theta, row.tape = t;
     for (r = 0; r < nb; r++) {
-        row.r = r, row.u[0] = gu + stride + r * tri, row.u[1] = t->u + stride + r * tri;
-        rolni_row_bwd(f, k, &row, of->pair, gu + r * tri, stride, gtheta, work);
+        row.r = r, row.u[0] = gu + stride + r * outputs, row.u[1] = t->u + stride + r * outputs;
+        rolni_row_bwd(f, k, &row, of->pair, gu + r * outputs, stride, gtheta, work);
     }
     for (p = 0; p <= k; p++) { /* z and zd from one call where zd was wanted */
         plane[p].x = p == 0 ? y : p == 1 ? a : y + nb * f->mass_net.size[0];

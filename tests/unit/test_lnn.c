@@ -82,7 +82,8 @@ static void check_mlp(roln_mlp f, int dirs, int nb, uint64_t *s)
         apart_plane[t].out = t ? rest : value, apart_plane[t].planes = t ? dirs : 1, apart_plane[t].at = t ? t - 1 : 0;
     }
     for (p.planes = 1; p.planes <= all; p.planes++) {
-        gx = zeros(p.planes * nb * in), gth = zeros(np), w = room_of(ROLN_MLP_BWD_WORK(p.planes, nb, wide));
+        const int more = f.degree > 0 ? 2 * ROLN_MIN(p.planes, 2) * f.size[1] : 0;
+        gx = zeros(p.planes * nb * in), gth = zeros(np), w = room_of(ROLN_MLP_BWD_WORK(p.planes, nb, wide) + more);
         roln_mlp_bwd(&f, p.planes, nb, th, plane, slope, g, gx, gth, w);
         CHECK_ROOM();
         e = t_gradient(p.planes * nb * in, gx, p.x, 1e-2L, p_loss, NULL);
@@ -771,7 +772,7 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     set_sizes(f);
     roln_lnn_steepen(f, 4, steep);
     for (i = 0; i < params; i++) moved += !same(1, th + i, steep + i);
-    CHECK(moved == (f->mass_net.degree > 0 ? 0 : (2 + (f->damping > 0)) * n * f->mass_net.size[1]));
+    CHECK(moved == (2 + (f->damping > 0)) * n * f->mass_net.size[1]);
     for (i = 0; i < n; i++) s4[i] *= 4;
     CHECK(roln_lnn_dynamics(f, th, s4, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
     out.M = M[1], out.d = d[1], out.T = T + 1, out.V = V + 1;
@@ -799,9 +800,10 @@ static void check_wanted(const roln_lnn *f)
 /* Ignorable coordinates, numbers and angles, one, some and all of a model. */
 static void test_cyclic(uint64_t *seed)
 {
-    static const struct { int variant; unsigned bits; } of[] = {{3, 1}, {4, 6}, {6, 3}, {7, 1}, {10, 2}, {10, 1}, {11, 5}, {14, 3}};
+    static const struct { int variant; unsigned bits; } of[] = {{3, 1}, {4, 6}, {6, 3}, {7, 1}, {10, 2}, {10, 1},
+                                                               {11, 5}, {14, 3}, {20, 2}, {21, 3}, {22, 1}};
     int k;
-    for (k = 0; k < 8; k++) {
+    for (k = 0; k < 11; k++) {
         const roln_lnn f = variant(of[k].variant);
         cyclic = of[k].bits;
         check_maps(of[k].variant, k % 3 == 0 ? ROLN_EULER : k % 3 == 1 ? ROLN_RK4 : ROLN_MIDPOINT, seed);
@@ -813,7 +815,8 @@ static void test_cyclic(uint64_t *seed)
 
 void TEST_NAME(lnn)(void)
 {
-    static const roln_mlp nets[] = {{1, {3, 2}}, {2, {2, 5, 3}}, {3, {3, 4, 6, 2}}, {6, {2, 3, 4, 3, 2, 4, 1}}};
+    static const roln_mlp nets[] = {{1, {3, 2}, 0}, {2, {2, 5, 3}, 0}, {3, {3, 4, 6, 2}, 0}, {6, {2, 3, 4, 3, 2, 4, 1}, 0}};
+    static const roln_mlp polynomials[] = {{2, {3, 9, 2}, 2}, {2, {2, 14, 3}, 4}};
     uint64_t seed = 21;
     int i, T, n, base;
     for (i = 0; i < 4; i++)
@@ -844,10 +847,13 @@ void TEST_NAME(lnn)(void)
     test_repeated(&seed);
     for (i = VARIANTS; i < ALL; i++) {
         const roln_lnn f = variant(i);
+        if (i >= GROWING) check_wanted(&f);
         for (T = ROLN_EULER; T <= ROLN_LEAPFROG; T++) check_maps(i, T, &seed);
         check_start(f, i % 2, &seed);
         check_linear(f, i % 2 == 0, &seed);
     }
     test_cyclic(&seed);
+    for (i = 0; i < 2; i++)
+        for (T = 0; T <= 2; T++) check_mlp(polynomials[i], T, 1 + (i + T) % 3, &seed);
     print_bounds();
 }

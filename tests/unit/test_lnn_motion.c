@@ -88,8 +88,8 @@ static void test_energy(uint64_t *seed)
 static void test_power(uint64_t *seed)
 {
     int rep;
-    for (rep = 0; rep < 6 + 2 * VARIANTS; rep++) {
-        roln_lnn f = rep < 6 ? shape(3, rep % 2, 3, 6, 5) : variant(rep % VARIANTS);
+    for (rep = 0; rep < 8 + 2 * VARIANTS; rep++) {
+        roln_lnn f = rep < 6 ? shape(3, rep % 2, 3, 6, 5) : rep < 26 ? variant(rep % VARIANTS) : variant(rep - 26 + GROWING);
         const int n = f.n;
         roln_real *th = weights(&f, seed);
         const inputs x = draw(&f, th, ZDD, 1, 0, seed);
@@ -235,7 +235,7 @@ static void test_drives_start(uint64_t *seed)
    beyond 2^20 is none. */
 static void check_turned(roln_lnn f, int turns, uint64_t *seed)
 {
-    const int n = f.n, nx = n * n + 3 * n + 2;
+    const int n = f.n, nx = n * n + 3 * n + 2, steep = f.mass_net.degree > 0 ? f.mass_net.degree * f.mass_net.degree : 1;
     roln_real *th = weights(&f, seed), *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
     roln_real *X[2], *zdd[2], *s1[2], *s, *z0, *out = zeros(2 * n), *before = copy(2 * n, out);
     roln_system sys = {NULL, NULL};
@@ -255,9 +255,9 @@ static void check_turned(roln_lnn f, int turns, uint64_t *seed)
         CHECK(same(n, s, s1[k]));
     }
     widen(nx, X[0], ref);
-    BOUND("turns: terms (eps a turn)", distance(nx, X[1], ref) / EPS / (1 + fabsl((ld)turns)), 8);
+    BOUND("turns: terms (eps a turn)", distance(nx, X[1], ref) / EPS / (1 + fabsl((ld)turns)) / steep, 8);
     widen(n, zdd[0], ref);
-    BOUND("turns: zdd (eps a turn)", distance(n, zdd[1], ref) / EPS / (1 + fabsl((ld)turns)), 40);
+    BOUND("turns: zdd (eps a turn)", distance(n, zdd[1], ref) / EPS / (1 + fabsl((ld)turns)) / steep, 40);
     BOUND("turns: start (eps a turn / h)", apart(n, s1[0] + n, s1[1] + n) / EPS / (1 + fabsl((ld)turns)) / 32, 16);
     for (i = 0; i < n; i++) {
         s = copy(2 * n, x.s);
@@ -274,7 +274,7 @@ static void test_turns(uint64_t *seed)
     static const int turns[] = {1, -1, 3, -20, 100};
     int i, rep;
     for (rep = 0; rep < 20; rep++)
-        for (i = VARIANTS; i < TURNING; i++) check_turned(variant(i), turns[rep % 5], seed);
+        for (i = VARIANTS; i <= TURNING; i++) check_turned(variant(i < TURNING ? i : GROWING + 2), turns[rep % 5], seed);
 }
 
 /* p [n] = M zd at s. Returns what rounding of M^-1 p and then of M zd may change, in eps: the sum of the magnitudes of the terms of
