@@ -6,18 +6,19 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
-       #define ROLN_POLYNOMIALS 4, 7          in place of networks polynomials of these degrees, of M (and damping) and of V
+       #define ROLN_POLYNOMIALS 4, 7          in place of ROLN_MLP: polynomials, of degree 4 for the mass matrix and damping, of
+                                              degree 7 for the potential energy; degrees are 2 .. 8
        #define ROLN_INTEGRATOR rk4            euler, leapfrog, rk4 or midpoint; default rk4
        #define ROLN_FILTER model              how NAME_filter_tick looks a tick ahead: model, by its integrator, default; leapfrog,
                                               by one evaluation, for ticks that are short against friction
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
-       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); cholesky, L L^T + floor I; or squares, 6: the same
-                                              with 6 columns of L, at least n, all of whose entries are learned
+       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); cholesky, L L^T + floor I with L lower triangular;
+                                              or squares, 6: the same with all of L learned, 6 columns, of which n are the least
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
-       #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
+       #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky and squares allow
        #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: and quadratic drag W(z) (|y| o y), y = W^T zd, o:
                                               number by number; default 0
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate; 2: its level
@@ -1919,16 +1920,20 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, eigenvalue_floor, scale.q, scale.t, scale.m, each [N] of a model with own
-   units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits
-   of angles, if there are any, are the last two sizes; behind them the number of driven joints, if there are any. In the macros
-   each is the number of own units, N or 0. The functions of this section take the numbers of NAME_params through a pointer to the
-   whole and copy them as bytes. */
+   units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The last
+   sizes are of what not every model has, in this order: two are the bits of angles; one the number of driven joints; two the
+   degrees of the polynomials of M and of V; one the columns of squares. In the macros each is the number of own units, N or 0. The
+   functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 3
-#define ROLN_FORMAT_ACTUATOR 4 /* of models with actuators or driven joints, which older versions of roln refuse */
+#define ROLN_FORMAT_ACTUATOR 4    /* of models with actuators or driven joints, which older versions of roln refuse */
+#define ROLN_FORMAT_POLYNOMIALS 5 /* of models with polynomials or squares, likewise */
+#define ROLNI_FORMAT(actuator, driven, degree, squares) \
+    ((degree) > 0 || (squares) > 0 ? ROLN_FORMAT_POLYNOMIALS : (actuator) > 0 || (driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT)
 #define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
-#define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, each, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
-     ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(each, n, params) + 8)
+#define ROLN_SIZES(ae_layers, mlp_layers, layers, angles, driven, degree, squares) \
+    (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0) + ((driven) > 0) + 2 * ((degree) > 0) + ((squares) > 0))
+#define ROLN_PACKED(sizes, each, n, params) \
+    (8 + 2 * (sizes) + ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(each, n, params) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -2046,11 +2051,18 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
 
 ROLN_FN int rolni_format(const roln_model *md)
 {
-    return md->actuator != ROLN_TORQUE || md->lnn.driven > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT;
+    return ROLNI_FORMAT(md->actuator, md->lnn.driven, md->lnn.mass_net.degree, md->lnn.squares);
+}
+
+/* How many sizes there are. */
+ROLN_FN int rolni_sizes(const roln_model *md)
+{
+    const roln_lnn *f = &md->lnn;
+    return ROLN_SIZES(md->ae.layers, f->mass_net.layers, f->layers, f->angles, f->driven, f->mass_net.degree, f->squares);
 }
 
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 3))
+#define ROLNI_HEAD (8 + 2 * ROLN_SIZES(ROLN_AE_MAX, ROLN_MLP_MAX, ROLN_LAYERS_MAX, 1, 1, 1, 1))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
@@ -2060,8 +2072,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLNI_AS(uint64_t, rolni_format(md)), 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0) +
-                                  (f->driven > 0))), 1);
+    rolni_put(&p, ROLNI_AS(uint64_t, rolni_sizes(md)), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
     flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
@@ -2069,7 +2080,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     flags += 16 * md->actuator;                                                    /* bits 4, 5 */
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
-    rolni_put(&p, ROLNI_AS(uint64_t, (f->mass_net.layers + 256 * f->mass_net.degree)), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->n), 2);
     for (l = 0; l <= md->ae.layers; l++)
@@ -2082,6 +2093,11 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
         rolni_put(&p, ROLN_GYRO, 2);
     if (f->angles) rolni_put(&p, f->angles, 4);
     if (f->driven > 0) rolni_put(&p, ROLNI_AS(uint64_t, f->driven), 2);
+    if (f->mass_net.degree > 0) {
+        rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.degree), 2);
+        rolni_put(&p, ROLNI_AS(uint64_t, f->potential_net.degree), 2);
+    }
+    if (f->squares > 0) rolni_put(&p, ROLNI_AS(uint64_t, f->squares), 2);
     return ROLNI_AS(int, p - bytes);
 }
 
@@ -2110,8 +2126,8 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or eigenvalue_floor differ;
-   scale.q or each of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive),
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, degrees, storage, chart, mass matrix, scheme, angles, units, slope or eigenvalue_floor
+   differ; scale.q or each of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive),
    ROLN_E_RANGE (z_min > z_max, zd_max or dt negative), ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is
    untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
@@ -2119,8 +2135,7 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
-    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, own, n, params) +
-                      2 * (md->lnn.driven > 0);
+    const int total = ROLN_PACKED(rolni_sizes(md), own, n, params);
     const unsigned char *p, *sum;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
@@ -2285,24 +2300,29 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "damping", "inputs", "stored", "twice", "angles",
-                                         "friction", "own", "format", "actuator", "driven"}, *const unit[] = {"common", "each"};
-    static const char *const actuator[] = {"torque", "current", "servo"};
+                                         "friction", "own", "format", "actuator", "driven", "squares"};
+    static const char *const unit[] = {"common", "each"}, *const actuator[] = {"torque", "current", "servo"};
+    static const char *const degrees[] = {"degree_m", "degree_v"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[14], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
+    const int degree[2] = {f->mass_net.degree, f->potential_net.degree};
+    int other[15], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->damping;
     other[5] = md->inputs, other[6] = stored, other[7] = twice, other[8] = ROLNI_AS(int, f->angles);
     other[9] = f->friction, other[10] = md->own, other[11] = rolni_format(md), other[12] = md->actuator, other[13] = f->driven;
+    other[14] = f->squares;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     for (l = 0; l < f->layers; l++)
         kind[l] = ROLN_GYRO;
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
-    rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
+    if (degree[0] > 0) rolni_write_need(t, "POLYNOMIALS", 2, degrees, NULL, degree);
+    else rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
     rolni_write_need(t, "INTEGRATOR", 1, others, scheme, other);
     rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
-    rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
+    if (f->squares > 0) rolni_write_need(t, "MASS_squares", 1, others + 14, NULL, other + 14);
+    else rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
     rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
     rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, kind);
     rolni_write_need(t, "DAMPING", 1, others + 4, NULL, other + 4);
@@ -2531,8 +2551,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_AE
 #error "ROLN_AE: the sizes of the autoencoder, such as 16, 12, 8, 4"
 #endif
-#if defined ROLN_MLP == defined ROLN_POLYNOMIALS
-#error "ROLN_MLP: the hidden widths of the networks, such as 64, 64; or ROLN_POLYNOMIALS: degrees of M and V, such as 4, 7"
+#if defined ROLN_MLP && defined ROLN_POLYNOMIALS
+#error "ROLN_MLP, ROLN_POLYNOMIALS: a model has one of them"
+#elif !defined ROLN_MLP && !defined ROLN_POLYNOMIALS
+#error "ROLN_MLP: the hidden widths of the networks, such as 64, 64; or ROLN_POLYNOMIALS: degrees, such as 4, 7"
+#define ROLN_MLP 1
 #endif
 #ifndef ROLN_MLP
 #define ROLN_MLP 0
@@ -2631,28 +2654,28 @@ ROLNI_INTS
     ROLN_(bent) = ROLN_(degree) > 0 ? ROLN_(outer) : 0,
     ROLN_(monomials) = ROLN_MONOMIALS(ROLN_(n), ROLN_(degree)),
     ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
-    /* perceptrons: hidden sizes; weights without the output layer */
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
     ROLN_(cossin) = ROLN_(angles) == 0 ? 0 : ROLN_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
     ROLN_(into) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* inputs */
-    ROLN_(degree_m) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
-    ROLN_(polynomials) = ROLN_(degree_m) > 0,
-    ROLN_(H1_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLNI_AT(0, ROLN_MLP),
-    ROLN_(H1_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
-    ROLN_(H1) = ROLN_(H1_m), /* of M and R */
-    ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
+    /* perceptrons: hidden sizes, 0 of polynomials */
+    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP), ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
     ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
-    ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
-    ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
+    /* polynomials: degrees; first hidden sizes of either kind; _m: of M and R, _v: of V */
+    ROLN_(degree_m) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
+    ROLN_(polynomials) = ROLN_(degree_m) != 0 || ROLN_(degree_v) != 0,
+    ROLN_(H1_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLN_(H1),
+    ROLN_(H1_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLN_(H1),
+    /* sums and the most of hidden sizes; the last one; weights without the output layer */
+    ROLN_(mlp_layers) = 1 + (ROLN_(H1_m) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
+    ROLN_(hidden) = ROLN_(H1_m) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(hidden_v) = ROLN_(H1_v) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
-    ROLN_(odd) = ROLN_MAX(ROLN_(H1), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
-    ROLN_(wide) = ROLN_(even) + ROLN_(odd),
+    ROLN_(wide) = ROLN_(even) + ROLN_MAX(ROLN_(H1_m), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
     ROLN_(wide_v) = ROLN_(even) + ROLN_MAX(ROLN_(H1_v), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
-    ROLN_(last) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLNI_OR(ROLN_(H2), ROLN_(H1))))),
-    ROLN_(last_m) = ROLN_(polynomials) ? ROLN_(H1_m) : ROLN_(last),
-    ROLN_(last_v) = ROLN_(polynomials) ? ROLN_(H1_v) : ROLN_(last),
-    ROLN_(trunk) = (1 - ROLN_(polynomials)) * (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
+    ROLN_(H2_to_5) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLN_(H2)))),
+    ROLN_(last_m) = ROLNI_OR(ROLN_(H2_to_5), ROLN_(H1_m)),
+    ROLN_(last_v) = ROLNI_OR(ROLN_(H2_to_5), ROLN_(H1_v)),
+    ROLN_(trunk) = (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
     ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
@@ -2661,8 +2684,8 @@ ROLNI_INTS
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
     ROLN_(squares) = ROLNI_AT(1, ROLN_MASS),
-    ROLN_(columns) = ROLNI_OR(ROLN_(squares), ROLN_(n)),
-    ROLN_(outputs) = ROLN_(squares) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri),
+    ROLN_(columns) = ROLNI_OR(ROLN_(squares), ROLN_(n)),                           /* of L */
+    ROLN_(outputs) = ROLN_(squares) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri), /* of the mass network */
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
     ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
@@ -2720,7 +2743,9 @@ ROLNI_INTS
     ROLN_(looks) = ROLN_MAX(ROLN_(leaps), ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
-    ROLN_(format) = ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,
+    ROLN_(format) = ROLNI_FORMAT(ROLN_(actuator), ROLN_(driven), ROLN_(degree_m), ROLN_(squares)),
+    ROLN_(sizes) = ROLN_SIZES(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles), ROLN_(driven), ROLN_(degree_m),
+                               ROLN_(squares)), /* packed */
     /* a step of one state, without and with what derivatives take */
     ROLN_(stage_once_1) = ROLNI_STAGE_WORK(ROLN_, 0, 1),
     ROLN_(midpoint_once_1) = ROLNI_MIDPOINT_WORK(ROLN_, 0, 1),
@@ -2759,12 +2784,8 @@ ROLNI_INTS
     ROLN_(start_bwd) = ROLN_LNN_START_BWD_WORK(ROLN_, ROLN_BLOCK),
     ROLN_(inverse_kept) = ROLN_LNN_INVERSE_WORK(ROLN_, 1, 1, ROLN_BLOCK),
     ROLN_(inverse_bwd) = ROLN_LNN_INVERSE_BWD_WORK(ROLN_, ROLN_BLOCK),
-    ROLN_(packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
-                                       ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)) +
-                         2 * (ROLN_(driven) > 0),
-    ROLN_(full_packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
-                                            ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(full_size)) +
-                              2 * (ROLN_(driven) > 0)
+    ROLN_(packed_size) = ROLN_PACKED(ROLN_(sizes), ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)),
+    ROLN_(full_packed_size) = ROLN_PACKED(ROLN_(sizes), ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(full_size))
 ROLNI_INTS_END;
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
@@ -2776,14 +2797,17 @@ ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
              (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLN_(degree) >= 2 && ROLN_(degree) <= ROLN_DEGREE_MAX
                                                    : ROLN_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
 ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLN_(degree) == 0 || ROLN_(n) < ROLN_(outer))
-ROLNI_ASSERT(squares_are_as_many_as_coordinates_at_least,
-             ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) ? ROLN_(squares) >= ROLN_(n) && ROLNI_AT(2, ROLN_MASS) == 0 : ROLN_(squares) == 0)
+ROLNI_ASSERT(squares_need_a_number_of_columns_n_at_least, ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) == 0 || ROLN_(squares) >= ROLN_(n))
+ROLNI_ASSERT(mass_takes_one_number_with_squares_else_none,
+             ROLNI_AT(2, ROLN_MASS) == 0 && (ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) > 0 || ROLN_(squares) == 0))
 ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLN_(cholesky) || (ROLN_(layers) == 0 && !(ROLN_BASE)))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLN_(L1) == 0 || ROLN_(L0) > 0) && (ROLN_(L2) == 0 || ROLN_(L1) > 0) &&
                                        (ROLN_(L3) == 0 || ROLN_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
 ROLNI_ASSERT(polynomials_need_two_degrees_2_to_8,
              ROLN_(polynomials) == 0 || (ROLN_(degree_m) >= 2 && ROLN_(degree_m) <= ROLN_DEGREE_MAX && ROLN_(degree_v) >= 2 &&
                                          ROLN_(degree_v) <= ROLN_DEGREE_MAX && ROLNI_AT(2, ROLN_POLYNOMIALS) == 0))
+ROLNI_ASSERT(polynomials_are_fewer_than_65536,
+             ROLN_MONOMIALS(ROLNI_AS(long long, ROLN_(into)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLN_(polynomials) > 0 ||
                                           (ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
                                            ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0))
@@ -2940,8 +2964,8 @@ typedef struct {
      {ROLN_(into), ROLN_(H1_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
       ROLNI_OR(ROLN_(H5), out), out}, ROLN_(degree_##which)}
 #define ROLNI_LNN_OF(friction) \
-    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), ROLN_BASE, ROLN_(layers), \
-     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
+    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), ROLN_BASE, \
+     ROLN_(layers), ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
      ROLNI_MLP_OF(m, ROLN_(outputs)), ROLNI_MLP_OF(v, 1), ROLNI_MLP_OF(m, ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
      friction, ROLN_(squares), ROLN_(driven)}
 static const roln_model ROLN_(model) = {
