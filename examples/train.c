@@ -724,7 +724,7 @@ static const char *newton_step(rows *f)
 {
     enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
     const roln_real rate = s.gentle ? ROLN_C(0.3) : 1;
-    roln_newton_opt opt = {s.memory, rate, 20}; /* rows more than 20 times the mean are few, but they may be true */
+    roln_newton_opt opt = {s.memory, rate, 20, NULL}; /* rows more than 20 times the mean are few, but they may be true */
     roln_real damping;
     roln_status st;
     int tries, k;
