@@ -992,8 +992,11 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
        A <- beta A + J^T J,   G = beta rest + J^T r,   d = (A + s I)^-1 G,   x+ = R_x(rate d),   s = lambda tr(A) / P
    in the tangent space at x. rest = G - rate A d is what the rows still ask for at x+ if they are linear, the sum of J^T r there.
    So a step on linear rows is that on all rows so far at once, each weighted by beta^age (recursive least squares, Kalman 1960;
-   damping, Levenberg 1944, Marquardt 1963). Of many more parameters than rows, P > 8 R, the smaller system in the rows is solved,
-   where the last step d_old is all that is remembered, mu = beta (Goldshlager et al. 2024):
+   damping, Levenberg 1944, Marquardt 1963). A ridge w [P] draws parameters to 0 (Tikhonov 1943): each step gets P more rows, of
+   parameter i the row sqrt(w_i) e_i with the residual -sqrt(w_i) x_i,
+       A <- .. + diag(w),   G = .. - w x
+   They fade like all rows. w is 0 in blocks that are not Euclidean. Of many more parameters than rows, P > 8 R, the smaller system
+   in the rows is solved, without ridge, and the last step d_old is all that is remembered, mu = beta (Goldshlager et al. 2024):
        d = argmin |J d - r|^2 + s |d - mu d_old|^2 = mu d_old + J^T (J J^T + s I)^-1 (r - mu J d_old),   s = lambda tr(J J^T) / P
    A step is taken if along it the change of the rows is foretold better by J d than by no change,
        error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,
@@ -1015,8 +1018,9 @@ typedef struct {
     roln_real memory; /* in steps; 1: of this step's rows alone */
     roln_real rate;   /* the part of d that a step goes: 1; less with a long memory in the system of the rows */
     roln_real cap;    /* residuals beyond cap times their mean size count linearly, as in Huber's loss; 0: none do */
+    const roln_real *ridge; /* [P], see above; NULL: 0 */
 } roln_newton_opt;
-#define ROLN_NEWTON_OPT {8, 1, 5}
+#define ROLN_NEWTON_OPT {8, 1, 5, NULL}
 
 typedef struct {
     roln_real lambda; /* 0: no damping, and none is ever added */
@@ -1103,6 +1107,7 @@ ROLN_FN void roln_newton_normal_equations(const roln_newton_opt *opt, int R, int
         roln_real *row = S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1);
         for (j = 0; j <= i; j++)
             row[j] = beta > 0 && ROLN_ABS(row[j]) > ROLN_C(1e-30) ? beta * row[j] : 0;
+        if (side == P && opt->ridge) row[i] += opt->ridge[i];
     }
     if (side == P) roln_sym_at(R, P, from, end, J, S, work);
     else roln_sym_bt(R, P, from, end, J, S, work);
@@ -1132,9 +1137,10 @@ typedef struct {
    damping. */
 #define ROLN_NEWTON_SOLVE_MEM(X, side, P) X(damp, side) X(y, side) X(part, P)
 #define ROLN_NEWTON_SOLVE_WORK(side, P) (0 ROLN_NEWTON_SOLVE_MEM(ROLNI_SIZE, side, P) + ROLN_SYM_CHOL_WORK(side))
-ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real lambda, roln_real mu, roln_real rate, roln_real *d,
-                                       roln_real *keep, roln_real *work)
+ROLN_FN roln_status rolni_newton_solve(const roln_newton_opt *opt, const roln_newton_system *g, const roln_real *x,
+                                       roln_real lambda, roln_real mu, roln_real *d, roln_real *keep, roln_real *work)
 {
+    const roln_real rate = opt->rate;
     const int R = g->R, P = g->P, side = ROLN_NEWTON_SIDE(R, P);
     const size_t row = ROLNI_AS(size_t, P);
     const roln_real *J = g->J, *carried = J + ROLNI_AS(size_t, R) * row;
@@ -1151,6 +1157,8 @@ ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real la
     if (side == P) {
         for (i = 0; i < P; i++)
             y[i] = mu * carried[i];
+        for (i = 0; i < P && opt->ridge; i++)
+            y[i] -= opt->ridge[i] * x[i];
         rolni_newton_back(R, P, J, g->r, y, part);
         roln_sym_solve(side, g->S, y, d);
         for (i = 0; i < P; i++)
@@ -1213,7 +1221,7 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
     if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(opt->memory)) return ROLN_E_NOT_FINITE;
     if (opt->memory < 1) return ROLN_E_RANGE;
     for (tries = 0; tries < 24; tries++) {
-        st = rolni_newton_solve(g, lambda, sums || tries == 0 ? beta : 0, opt->rate, d, keep, work);
+        st = rolni_newton_solve(opt, g, x, lambda, sums || tries == 0 ? beta : 0, d, keep, work);
         if (st == ROLN_OK && sums && beta > 0) st = rolni_tangents(blocks, table, x, 0, P, d, work); /* older rows were elsewhere */
         if (st == ROLN_OK) st = rolni_newton_move(blocks, table, opt->rate, x, d, u, next, work);
         if (st == ROLN_OK || !(lambda > 0)) break;

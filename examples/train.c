@@ -640,19 +640,21 @@ static int draw(rows *f, int of_windows)
     return fill(f, PARTS);
 }
 
-/* The windows' weight: one row in twenty is a window, and three times as large as the other rows are. */
+/* The windows' weight: one row in twenty is a window, and three times as large as the other rows are. Parts in which one ran away
+   do not count; if these are more than half, the model is not yet good enough for windows. */
 static void weigh_windows(rows *f)
 {
     double of_window = 0, of_sample = 0;
-    int good, k;
+    int drawn, good = 0, k;
     s.window_weight = 1;
-    good = draw(f, WINDOWS);
+    drawn = draw(f, WINDOWS);
     s.window_weight = 0;
-    if (!good) return;
+    if (!drawn) return;
     for (k = 0; k < PARTS * PART; k++)
-        *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
+        if (f->of_windows[k / PART] > 0) *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
     for (k = 0; k < PARTS; k++)
-        if (f->of_windows[k] < WINDOWS) return; /* some ran away: the model is not yet good enough */
+        good += f->of_windows[k] > 0;
+    if (2 * good < PARTS) return;
     if (!(of_window > 0 && isfinite(of_window) && isfinite(of_sample))) return;
     s.windowed = 1;
     s.window_weight = (roln_real)(3 * of_sample / (PART - WINDOWS) * WINDOWS / of_window);
@@ -724,7 +726,7 @@ static const char *newton_step(rows *f)
 {
     enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
     const roln_real rate = s.gentle ? ROLN_C(0.3) : 1;
-    roln_newton_opt opt = {s.memory, rate, 20}; /* rows more than 20 times the mean are few, but they may be true */
+    roln_newton_opt opt = {s.memory, rate, 20, NULL}; /* rows more than 20 times the mean are few, but they may be true */
     roln_real damping;
     roln_status st;
     int tries, k;

@@ -56,7 +56,7 @@ enum {
     P = MASS + POTENTIAL
 };
 static const roln_block table[] = {{ROLN_EUCLIDEAN, 1, P, 0}};
-static const roln_newton_opt newton = {1e6f, 1, 5}; /* forgets nothing */
+static const roln_newton_opt newton = {1e6f, 1, 5, NULL}; /* forgets nothing */
 static const roln_loss loss = {.zdd = 1};
 
 /* Where they lie among the numbers of both networks. */

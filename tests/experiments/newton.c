@@ -97,7 +97,7 @@ static int gather(struct newton *n, const struct newton_task *task, double share
 /* The first step gets more rows: what the earlier ones ask for is carried along. */
 static int gather_first(struct newton *n, const struct newton_task *task, double share, const roln_real *x, uint64_t *seed)
 {
-    const roln_newton_opt all = {ROLN_C(1e6), 1, 5};
+    const roln_newton_opt all = {ROLN_C(1e6), 1, 5, NULL};
     const int P = n->params;
     for (int i = 1; i < FIRST && ROLN_NEWTON_SIDE(n->rows, P) == P; i++) {
         if (gather(n, task, share, &all, x, seed) != 0) return -1;

@@ -39,7 +39,7 @@ static pend16_rows_work work;
 static pend16_start scratch;
 static pend16_chart sums;
 static float sum_work[ROLN_SYM_WORK];
-static const roln_newton_opt opt = {8, 1, 20};
+static const roln_newton_opt opt = {8, 1, 20, NULL};
 
 static double seconds(void)
 {

@@ -601,7 +601,7 @@ static void M(call_newton)(int which)
     static const roln_newton begin = ROLN_NEWTON_START;
     static const roln_loss weights[2] = {ROLN_ODE_WEIGHTS, ROLN_ACC_WEIGHTS};
     static roln_real sums[ROLN_SYM_WORK];
-    const roln_newton_opt opt = {fuzz_below(2) ? 1 : 10, 1, fuzz_below(2) ? 0 : 3};
+    const roln_newton_opt opt = {fuzz_below(2) ? 1 : 10, 1, fuzz_below(2) ? 0 : 3, NULL};
     const roln_batch b = M(batch_of)();
     const int count = fuzz_below(16) ? 4 : fuzz_below(10) - 1;
     roln_status st;

@@ -80,7 +80,7 @@ static void test_alike(void)
 
 /* ---- one step of two threads ---- */
 
-static const roln_newton_opt newton_opt = {1, 1, 0};
+static const roln_newton_opt newton_opt = {1, 1, 0, NULL};
 static arm_residuals rows[2];
 static arm_newton newton[2];
 static arm_train half_work[2];

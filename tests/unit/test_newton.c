@@ -39,7 +39,7 @@ typedef struct {
 
 static void problem_of(const roln_block *t, int blocks, int R, problem *g)
 {
-    const roln_newton_opt opt = {1, 1, 0};
+    const roln_newton_opt opt = {1, 1, 0, NULL};
     const roln_newton start = ROLN_NEWTON_START;
     memset(g, 0, sizeof *g);
     g->table = t, g->blocks = blocks, g->R = R, g->P = roln_product_size(blocks, t), g->side = ROLN_NEWTON_SIDE(R, g->P);
@@ -191,6 +191,12 @@ static void t_rows(const problem *g, twin *t)
     }
 }
 
+/* Number i of the ridge: no such row in the system of the rows. */
+static ld t_ridge(const problem *g, int i)
+{
+    return g->opt.ridge && g->P <= 8 * g->R ? (ld)g->opt.ridge[i] : 0;
+}
+
 /* (A + s I) d = G, with all rows; of few rows d = argmin |J d - r|^2 + s |d - mu d_old|^2, where its derivative vanishes:
    (J^T J + s I) d = J^T r + s mu d_old. The direction that is gone lies in the tangent space. */
 static void t_step(const problem *g, twin *t)
@@ -198,12 +204,14 @@ static void t_step(const problem *g, twin *t)
     static ld K[MAXP * MAXP];
     const int R = g->R, P = g->P, few_rows = P > 8 * R;
     const ld beta = 1 - 1 / (ld)g->opt.memory, rate = (ld)g->opt.rate, *carried = t->J + R * P;
-    ld x[MAXP], u[MAXP], d[MAXP], G[MAXP], s;
+    ld x[MAXP], u[MAXP], d[MAXP], G[MAXP], s, drawn = 0;
     int b, k, i, j, at = 0;
+    widen(P, g->x, x);
     for (i = 0; i < P; i++)
         for (j = 0; j <= i; j++) {
             ld sum = few_rows ? 0 : beta * t->A[i * P + j];
             for (k = 0; k < R; k++) sum += t->J[k * P + i] * t->J[k * P + j];
+            if (i == j) sum += t_ridge(g, i);
             t->A[i * P + j] = t->A[j * P + i] = sum;
         }
     memcpy(K, t->A, sizeof K);
@@ -212,13 +220,13 @@ static void t_step(const problem *g, twin *t)
     for (i = 0; i < P; i++) {
         G[i] = beta * carried[i] * (few_rows ? s : 1);
         for (k = 0; k < R; k++) G[i] += t->J[k * P + i] * t->r[k];
+        G[i] -= t_ridge(g, i) * x[i], drawn += t_ridge(g, i) * x[i] * x[i];
         d[i] = G[i], K[i * P + i] += s;
     }
     t_solve(P, 1, K, d);
     for (i = 0; i < P; i++) t->keep[i] = few_rows ? d[i] : G[i] - rate * dot(P, t->A + i * P, d);
     t->length = sqrtl(dot(P, d, d)) + sqrtl(dot(P, carried, carried)) / (few_rows ? 1 : t->trace) +
-                sqrtl(dot(R, t->r, t->r) / t->trace);
-    widen(P, g->x, x);
+                sqrtl((dot(R, t->r, t->r) + drawn) / t->trace);
     for (b = 0; b < g->blocks; at += roln_block_size(g->table + b), b++) {
         if (roln_block_size(g->table + b) == 0) continue;
         t_tangent(g->table + b, x + at, 1, d + at);
@@ -330,14 +338,28 @@ static void check_again(void)
     CHECK(!same(P, now.next, other.next));
 }
 
+/* A ridge on numbers without a constraint, with some 0. */
+static const roln_real *some_ridge(const problem *g)
+{
+    static roln_real w[MAXP];
+    int b, i, at = 0;
+    for (b = 0; b < g->blocks; at += roln_block_size(g->table + b), b++)
+        for (i = at; i < at + roln_block_size(g->table + b); i++)
+            w[i] = g->table[b].manifold == ROLN_EUCLIDEAN ? ROLN_C(0.3) * (roln_real)(i % 4) : 0;
+    return w;
+}
+
 /* A step, and two more where something is remembered. */
 static void test_step(const roln_block *t, int blocks, int R, uint64_t *s)
 {
-    static const roln_newton_opt opts[5] = {{1, 1, 0}, {8, 1, 0}, {2, ROLN_C(0.5), 2}, {1, ROLN_C(0.25), 1}, {8, ROLN_C(0.5), 5}};
+    static const roln_newton_opt opts[7] = {{1, 1, 0, NULL}, {8, 1, 0, NULL}, {2, ROLN_C(0.5), 2, NULL},
+                                            {1, ROLN_C(0.25), 1, NULL}, {8, ROLN_C(0.5), 5, NULL},
+                                            {1, 1, 0, NULL}, {8, ROLN_C(0.5), 5, NULL}}; /* these two with a ridge */
     int o, k;
-    for (o = 0; o < 5; o++) {
+    for (o = 0; o < 7; o++) {
         problem_of(t, blocks, R, &now);
         now.opt = opts[o], now.state.lambda = o % 2 ? ROLN_C(0.01) : 1;
+        if (o >= 5) now.opt.ridge = some_ridge(&now);
         now.state.error = 2, now.state.taken = 3, now.state.refused = 5;
         memset(&slow.A, 0, sizeof slow.A);
         random_point(&now, s, now.x);
@@ -496,6 +518,45 @@ static void test_pieces(void)
     int o, d;
     for (o = 0; o < 4; o++)
         for (d = 0; d < 3; d++) check_pieces(opts + o, damping[d], &s);
+}
+
+/* A ridge is P more rows in each step: sqrt(w_i) e_i, whose residual is -sqrt(w_i) x_i. */
+static void check_ridge(roln_newton_opt opt, roln_real lambda, uint64_t *s)
+{
+    roln_real root[LINE], ridge[LINE];
+    ld x[LINE], y[LINE], w[MAXR], e = 0;
+    int k, i, P;
+    problem_of(TABLE(flat), PIECE, &now);
+    P = now.P, opt.ridge = ridge, now.opt = opt, linear_at = 0;
+    for (i = 0; i < P; i++) root[i] = ROLN_C(0.25) * (roln_real)(i % 5), ridge[i] = root[i] * root[i];
+    fill(MAXR * P, 1, s, linear_A), fill(MAXR, 1, s, linear_b), fill(P, 1, s, now.x);
+    widen(P, now.x, x);
+    if (!(lambda > 0)) now.R = P + 1;
+    for (k = 0; k < PIECES; k++) {
+        const int from = linear_at, end = from + now.R + P;
+        ld c;
+        CHECK(advance(&now, linear, lambda) == 0);
+        memmove(now.J + PIECE * P, now.J + now.R * P, (size_t)P * sizeof *now.J);
+        for (i = from + now.R; i < end; i++) {
+            fill(P, 0, s, linear_A + i * P);
+            linear_A[i * P + i - from - now.R] = root[i - from - now.R], linear_b[i] = 0;
+        }
+        for (i = 0; i < from; i++) w[i] *= 1 - 1 / (ld)opt.memory;
+        for (; i < end; i++) w[i] = 1;
+        linear_at = end, now.R = PIECE;
+        c = t_linear(end, P, w, (ld)lambda, x, y);
+        for (i = 0; i < P; i++) x[i] += (ld)opt.rate * (y[i] - x[i]);
+        e = e * (1 - (ld)opt.rate * (lambda > 0 ? 0 : 1)) + c * (1 + sqrtl(dot(P, y, y))) * EPS;
+        BOUND("with a ridge, eps of its condition", dist(P, now.x, x) / e, 1);
+    }
+}
+
+static void test_ridge(void)
+{
+    uint64_t s = 19;
+    check_ridge((roln_newton_opt){8, 1, 0, NULL}, 0, &s), check_ridge((roln_newton_opt){8, 1, 0, NULL}, ROLN_C(0.01), &s);
+    check_ridge((roln_newton_opt){2, 1, 0, NULL}, 1, &s), check_ridge((roln_newton_opt){50, ROLN_C(0.5), 0, NULL}, 0, &s);
+    check_ridge((roln_newton_opt){1, 1, 0, NULL}, ROLN_C(0.01), &s);
 }
 
 /* 0 - (A x - (x^T A x) x), zero at eigenvectors of the symmetric A. */
@@ -1060,6 +1121,7 @@ void TEST_NAME(newton)(void)
     test_steps();
     test_linear();
     test_pieces();
+    test_ridge();
     test_rayleigh();
     test_toys();
     test_rows_status();
