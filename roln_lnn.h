@@ -28,12 +28,12 @@
 
 #include "roln_spd.h"
 
-/* ---- 1 perceptron ----------------------------------------------------------------------------- */
+/* ---- 1 networks ------------------------------------------------------------------------------- */
 
 #define ROLN_MLP_MAX 6 /* layers at most, the linear output layer included */
 
-/* Fully connected network with softplus between its layers and a linear output. Or polynomials: layers is 2, and the hidden layer has
-   no weights, but all polynomials of degree 1 .. degree of the inputs y, that is y itself and p(y) behind it (roln_spd.h, 9). */
+/* A perceptron: fully connected, with softplus between its layers and a linear output. Or polynomials: layers is 2, and the hidden
+   layer has no weights. It is the inputs x, and behind them p(x), the polynomials of degree 2 .. degree (roln_spd.h, 9). */
 typedef struct {
     int layers;
     int size[ROLN_MLP_MAX + 1]; /* input, hidden .., output */
@@ -68,10 +68,7 @@ ROLN_FN int roln_mlp_widest(const roln_mlp *f, int first)
     return wide;
 }
 
-/* Planes of a block, together. If value, plane 0 is the value y = f(x), and slope is written; all others are directional
-   derivatives y_t = Df(x)[x_t], which read slope. x [planes][nb][in], theta in; y [planes][nb][out] out;
-   slope [nb * hidden]: softplus'(a) of each hidden layer, [nb][size] one layer after the other; of polynomials their values;
-   out [planes * nb * hidden]: the outputs of each hidden layer, [planes][nb][size] one layer after the other. */
+/* The hidden layer of polynomials: their values and derivatives along the planes, as roln_mlp_forward has them. */
 ROLN_FN void rolni_mlp_polynomials(const roln_mlp *f, int value, int planes, int nb, const roln_real *x, roln_real *slope,
                                    roln_real *out)
 {
@@ -89,6 +86,29 @@ ROLN_FN void rolni_mlp_polynomials(const roln_mlp *f, int value, int planes, int
         }
 }
 
+/* Backward of the polynomials of one sample whose values are y [F], as they lie in slope: from the cotangents gy of y and, along
+   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [2 F], along x [4 F]. */
+ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
+                                    const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
+{
+    const int n = f->size[0], F = f->size[1];
+    roln_real *const at = work, *const g = work + (yt ? 2 : 1) * F;
+    int i;
+    rolni_copy(F, y, at);
+    if (gy) rolni_copy(F, gy, g);
+    else rolni_zero(F, g);
+    if (yt) rolni_copy(F, yt, at + F), rolni_copy(F, gyt, g + F);
+    rolni_polynomials_bwd(n, f->degree, yt ? 2 : 1, at, F, at + n, F, g + n, g);
+    for (i = 0; i < n; i++)
+        gx[i] += g[i];
+    for (i = 0; i < n && gxt; i++)
+        gxt[i] += g[F + i];
+}
+
+/* Planes of a block, together. If value, plane 0 is the value y = f(x), and slope is written; all others are directional
+   derivatives y_t = Df(x)[x_t], which read slope. x [planes][nb][in], theta in; y [planes][nb][out] out;
+   slope [nb * hidden]: softplus'(a) of each hidden layer, [nb][size] one layer after the other; of polynomials their values;
+   out [planes * nb * hidden]: the outputs of each hidden layer, [planes][nb][size] one layer after the other. */
 ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, const roln_real *theta, const roln_real *x,
                               roln_real *y, roln_real *slope, roln_real *out)
 {
@@ -127,25 +147,6 @@ typedef struct {
 ROLN_FN const roln_real *rolni_plane_input(const roln_mlp *f, const roln_mlp_plane *plane, int l, int nb, int below)
 {
     return l == 0 ? plane->x : plane->out + nb * (plane->planes * below + plane->at * f->size[l]);
-}
-
-/* Backward of the polynomials of one sample whose values are y [F], as they lie in slope: from the cotangents gy of y and, along
-   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [2 F], along x [4 F]. */
-ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
-                                    const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
-{
-    const int n = f->size[0], F = f->size[1];
-    roln_real *const at = work, *const g = work + (yt ? 2 : 1) * F;
-    int i;
-    rolni_copy(F, y, at);
-    if (gy) rolni_copy(F, gy, g);
-    else rolni_zero(F, g);
-    if (yt) rolni_copy(F, yt, at + F), rolni_copy(F, gyt, g + F);
-    rolni_polynomials_bwd(n, f->degree, yt ? 2 : 1, at, F, at + n, F, g + n, g);
-    for (i = 0; i < n; i++)
-        gx[i] += g[i];
-    for (i = 0; i < n && gxt; i++)
-        gxt[i] += g[F + i];
 }
 
 /* Backward. plane [planes] in, plane 0 the value; may be NULL where planes = 1 and gtheta is NULL. slope of the value,
@@ -339,13 +340,15 @@ ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, 
     if (y) roln_mm_bt(planes, f->size[l], f->size[l + 1], in, theta, y);
 }
 
-/* Random weights: xavier-normal, gain sqrt 2 in hidden layers, `out` in the output layer, biases 0. */
+/* Random weights: xavier-normal, gain sqrt 2 in hidden layers, `out` in the output layer, biases 0. Those of polynomials are small,
+   with a deviation of 1e-3. */
 ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, uint64_t *seed)
 {
     int l, i;
     for (l = f->degree > 0; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1];
-        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = f->degree > 0 ? ROLN_C(1e-3) : ROLN_SQRT(gain * 2 / ROLNI_AS(roln_real, ni + no));
+        const roln_real gain = l + 1 < f->layers ? 2 : out * out, xavier = ROLN_SQRT(gain * 2 / ROLNI_AS(roln_real, ni + no));
+        const roln_real sd = f->degree > 0 ? ROLN_C(1e-3) : xavier;
         for (i = 0; i < ni * no; i++)
             *theta++ = sd * roln_normal(seed);
         for (i = 0; i < no; i++)
@@ -465,13 +468,12 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 
 /* Networks of factor z in place of z, without angles: the weights of their first layers times factor. Random networks of
    roln_lnn_init suit z of order one; behind a chart, where |z| <= 1 and about a half, they are next to linear, and training would
-   first have to make them steeper. */
+   first have to make them steeper. Polynomials stay as they are. */
 ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
 {
     roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     int k, i;
-    if (f->mass_net.degree > 0) return; /* polynomials are steep enough */
-    for (k = 0; k < 2 + (f->damping > 0); k++)
+    for (k = 0; k < 2 + (f->damping > 0) && f->mass_net.degree == 0; k++)
         for (i = 0; i < f->n * f->mass_net.size[1]; i++)
             nets[k][i] *= factor;
 }
@@ -593,9 +595,10 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        friction    1, 2: learned dry friction          damper     outputs of the damper network, ROLNI_DAMPER
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY, SPD layers or driven
        cossin      inputs of the networks, n + number of angles; 0 without angles
-       hidden      roln_mlp_hidden                     polynomials 1: in place of networks
+       hidden      roln_mlp_hidden of M and R          polynomials 1: in place of perceptrons
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
-       hidden_v, wide_v  the same of V, where they differ: of polynomials
+       hidden_v, wide_v   the same of V
+       columns     of L: n, or more with squares       outputs     of the mass network
        layers      SPD layers
    and these, each on a line of its own, so that no line of the preprocessor becomes long: what a row of a block takes,
        row_mass    ROLNI_MASS_ROW_WORK(S)              row_dm      ROLNI_DM_WORK(S)
@@ -623,7 +626,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
    keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
 #define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
     X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
-    X(u, (1 + (dirs)) * (nb) * S(outputs))                         /* [1+dirs][nb][tri] mass network, and along directions */ \
+    X(u, (1 + (dirs)) * (nb) * S(outputs))                         /* [1+dirs][nb][outputs] mass network, along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
     X(L, (nb) * S(damper))                                         /* [nb][outputs]     damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
@@ -633,7 +636,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(n))                 /* [nb][n]           eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(n))                           /* [nb][n]           e^-l */ \
-    X(Q, (nb) * S(n) * S(columns))                                     /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(Q, (nb) * S(n) * S(columns))                                 /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
     X(K, (1 - S(cholesky)) * (nb) * S(n) * S(n))                   /* [nb][n][n]        exp[l_i, l_j] */ \
     X(R, S(base) * (nb) * S(n) * S(n))                             /* [nb][n][n]        X_0^-1 = R^T e^-l R; Q where P = I */ \
     X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
@@ -1877,7 +1880,7 @@ ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, c
     ROLNI_CHOLESKY_JAC_MEM(ROLNI_CARVE, n, cols)
     roln_real *const c = a + cols, *const aj = c + cols, *const cj = aj + cols, *const x = cj + cols, *const y = x + cols;
     roln_mm(1, n, cols, t->zd, L, c); /* L^T zd */
-    if (k > 1) {                   /* a = L^T zdd + L_v^T zd */
+    if (k > 1) {                      /* a = L^T zdd + L_v^T zd */
         rolni_of_u(f, t->u + tri, Lv);
         roln_mm(1, n, cols, t->zdd, L, a);
         roln_mm(1, n, cols, t->zd, Lv, x);

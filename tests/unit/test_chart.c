@@ -45,10 +45,11 @@ static void test_twin(void)
 static void check_polynomials(int n, int d, uint64_t *s)
 {
     static int a[T_CURVES][T_WIDTH];
-    static ld p[T_CURVES], P[T_CURVES * T_WIDTH], Pd[T_CURVES * T_WIDTH], ref[3][T_CURVES];
+    static ld p[T_CURVES], P[T_CURVES * T_WIDTH], Pd[T_CURVES * T_WIDTH], ref[4][T_CURVES];
     static const char *const what[3] = {"polynomials (eps d^2)", "their rate (eps d^2 n)", "its rate (eps d^4 n^2)"};
     const int m = ROLN_MONOMIALS(n, d);
-    roln_real *z = fresh(3 * n), *got = fresh(3 * m), *one = fresh(m);
+    roln_real *z = fresh(3 * n), *got = fresh(3 * m), *one = fresh(m), *along[3] = {fresh(m), fresh(m), fresh(m)};
+    const roln_real *const x[2] = {z + n, z + 2 * n}, *const px[2] = {along[0], along[1]};
     ld zl[3 * T_WIDTH];
     int i, k, j;
     for (i = 0; i < 3 * n; i++) z[i] = 2 * roln_uniform(s) - 1;
@@ -57,8 +58,9 @@ static void check_polynomials(int n, int d, uint64_t *s)
     CHECK(t_exponents(n, d, a) == m);
     t_curves(n, m, a, zl, zl + n, p, P, Pd);
     for (k = 0; k < m; k++)
-        for (ref[0][k] = p[k], ref[1][k] = ref[2][k] = 0, i = 0; i < n; i++) {
-            ref[1][k] += P[k * n + i] * zl[n + i];
+        for (ref[0][k] = p[k], ref[1][k] = ref[2][k] = ref[3][k] = 0, i = 0; i < n; i++) {
+            CHECK(rolni_polynomial_has(n, d, k, i) == (a[k][i] > 0));
+            ref[1][k] += P[k * n + i] * zl[n + i], ref[3][k] += Pd[k * n + i] * zl[2 * n + i];
             ref[2][k] += P[k * n + i] * zl[2 * n + i] + Pd[k * n + i] * zl[n + i];
         }
     rolni_polynomials(n, d, 3, z, n, got, m);
@@ -67,6 +69,12 @@ static void check_polynomials(int n, int d, uint64_t *s)
             BOUND(what[j], fabsl((ld)got[j * m + k] - ref[j][k]) / EPS / powl((ld)(d * d * (j ? n : 1)), j > 1 ? 2 : 1), 2);
     rolni_polynomials(n, d, 1, z, n, one, m);
     CHECK(same(m, got, one));
+    for (j = 0; j < 2; j++) rolni_polynomials_along(n, d, z, one, x[j], along[j]);
+    rolni_polynomials_mixed(n, d, z, one, x, px, along[2]);
+    for (k = 0; k < m; k++) {
+        BOUND("their derivative along x (eps d^2 n)", fabsl((ld)along[0][k] - ref[1][k]) / EPS / (ld)(d * d * n), 2);
+        BOUND("the second along x, y (eps d^4 n^2)", fabsl((ld)along[2][k] - ref[3][k]) / EPS / powl((ld)(d * d * n), 2), 2);
+    }
     rolni_polynomials(n, d, 2, z, n, zeros(2 * m), m);
     fresh_done();
 }

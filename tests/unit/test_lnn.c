@@ -781,6 +781,15 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     fresh_done();
 }
 
+/* Polynomials stay. */
+static void check_not_steep(const roln_lnn *f, uint64_t *seed)
+{
+    roln_real *th = weights(f, seed), *before = copy(roln_lnn_params(f), th);
+    roln_lnn_steepen(f, 4, th);
+    CHECK(same(roln_lnn_params(f), th, before));
+    fresh_done();
+}
+
 /* Where the mass alone is wanted, by roln_guard_tick and roln_inertia, no gradient is computed. */
 static void check_wanted(const roln_lnn *f)
 {
@@ -847,7 +856,7 @@ void TEST_NAME(lnn)(void)
     test_repeated(&seed);
     for (i = VARIANTS; i < ALL; i++) {
         const roln_lnn f = variant(i);
-        if (i >= GROWING) check_wanted(&f);
+        if (i >= GROWING) check_wanted(&f), check_not_steep(&f, &seed);
         for (T = ROLN_EULER; T <= ROLN_LEAPFROG; T++) check_maps(i, T, &seed);
         check_start(f, i % 2, &seed);
         check_linear(f, i % 2 == 0, &seed);
