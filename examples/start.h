@@ -2,8 +2,8 @@
 /* start.h - networks that begin where the regression of regression.h ends: unit of inertia, M, V, damping and dry friction.
 
    train.c includes it behind its config, report.h and regression.h. It is for models whose coordinates are the joints (n = N, no
-   autoencoder) without a learned base point and SPD layers: start_possible. The networks are fitted to the regression at samples and
-   at random places of their range:
+   autoencoder) without a learned base point and SPD layers: start_possible. The networks are fitted to the regression at samples
+   and at random places of their range:
 
        mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity; with ROLN_MASS cholesky the lower
                            triangle L, L L^T = M / unit - floor I; with squares the symmetric root of that in the first columns of L
@@ -11,9 +11,10 @@
                            ignorable coordinate, which the networks do not see
        damper, friction    constants c_j and s_j of the regression; v_j = 0.04 rms speeds
 
-   Polynomials are linear in their coefficients: least squares, in closed form. Else Adam on values that have no noise: 50,000 batches
-   of 64 take 3 s for six joints and networks 16, 16. The model is then positive definite by construction. Its M and V are off by a per mille, its torques by more, for gravity and inertia may cancel: so train.c
-   goes on with Gauss-Newton on torques of the regression, at the places of start_samples. */
+   Polynomials are linear in their coefficients: least squares, in closed form. Else Adam on values that have no noise: 50,000
+   batches of 64 take 3 s for six joints and networks 16, 16. The model is then positive definite by construction. Its M and V are
+   off by a per mille, its torques by more, for gravity and inertia may cancel: so train.c goes on with Gauss-Newton on torques of
+   the regression, at the places of start_samples. */
 
 #ifndef START_H
 #define START_H
@@ -93,29 +94,29 @@ static double start_adam(const start_target *t, int steps, double rate)
     return norm > 0 ? sqrt(sum / norm) : 0;
 }
 
-/* Terms of polynomials at place k, with 1 behind them; or their derivatives along x_t. seen [terms]: 0 for those of ignorable
-   coordinates. value [terms] scratch. */
+/* Terms of polynomials at place k, with 1 behind them; or their derivatives along x_t. seen [T]: 0 for those of ignorable
+   coordinates. value [T] scratch. */
 static void start_terms(const start_target *t, int k, const roln_real *seen, roln_real *value, roln_real *p)
 {
-    const int ni = t->net->size[0], terms = t->net->size[1], degree = t->net->degree;
+    const int ni = t->net->size[0], T = t->net->size[1], degree = t->net->degree;
     const roln_real *x = t->x + k * ni, *x_t = t->x_t ? t->x_t + k * ni : NULL;
     int h;
     rolni_polynomials(ni, degree, 1, x, 0, x_t ? value : p + ni, 0);
     if (x_t) rolni_polynomials_along(ni, degree, x, value, x_t, p + ni);
     memcpy(p, x_t ? x_t : x, sizeof *p * (size_t)ni);
-    p[terms] = !x_t;
-    for (h = 0; h < terms; h++)
+    p[T] = !x_t;
+    for (h = 0; h < T; h++)
         p[h] *= seen[h];
 }
 
-/* G [out][terms + 1]: the products of what the polynomials leave of each value with the terms; with S the sums of the products of
+/* G [out][T + 1]: the products of what the polynomials leave of each value with the terms; with S the sums of the products of
    terms among themselves. Returns the rms of what is left, of derivatives over their rms. */
 static double start_products(const start_target *t, const roln_real *seen, roln_real *S, double *G)
 {
     enum { SOME = 256 };
     static roln_real scratch[ROLN_SYM_WORK];
-    const int terms = t->net->size[1], side = terms + 1, no = t->net->size[2];
-    roln_real *value = room((size_t)terms, sizeof *value), *p = room((size_t)SOME * (size_t)side, sizeof *p);
+    const int T = t->net->size[1], side = T + 1, no = t->net->size[2];
+    roln_real *value = room((size_t)T, sizeof *value), *p = room((size_t)SOME * (size_t)side, sizeof *p);
     double sum = 0, norm = 0;
     int k, i, o, h;
     memset(G, 0, sizeof *G * (size_t)(no * side));
@@ -129,7 +130,7 @@ static double start_products(const start_target *t, const roln_real *seen, roln_
             double off;
             o = i % no, off = (double)t->y[(k + i / no) * no + o];
             norm += t->x_t ? off * off : 1;
-            off -= (double)roln_dot(terms, t->theta + o * terms, of) + (double)(t->theta[no * terms + o] * of[terms]);
+            off -= (double)roln_dot(T, t->theta + o * T, of) + (double)(t->theta[no * T + o] * of[T]);
             sum += off * off;
             for (h = 0; h < side; h++)
                 G[o * side + h] += off * (double)of[h];
@@ -139,20 +140,20 @@ static double start_products(const start_target *t, const roln_real *seen, roln_
     return norm > 0 ? sqrt(sum / norm) : 0;
 }
 
-/* Least squares of polynomials. Cosine and sine of an angle depend on each other, so the normal equations are damped; what they leave
-   is solved for again. An output that is 0 everywhere keeps its small random weights: from 0 Gauss-Newton would not learn it. Returns
-   the rms of what is left, of derivatives over their rms. */
+/* Least squares of polynomials. Cosine and sine of an angle depend on each other, so the normal equations are damped; what they
+   leave is solved for again. An output that is 0 everywhere keeps its small random weights: from 0 Gauss-Newton would not learn it.
+   Returns the rms of what is left, of derivatives over their rms. */
 static double start_least_squares(const start_target *t)
 {
     enum { TURNS = 6 };
-    const int terms = t->net->size[1], side = terms + 1, no = t->net->size[2];
-    roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)((terms + 1) * no), sizeof *seen);
+    const int T = t->net->size[1], side = T + 1, no = t->net->size[2];
+    roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)((T + 1) * no), sizeof *seen);
     roln_real *b = room((size_t)side, sizeof *b), *damp = room((size_t)side, sizeof *damp);
     roln_real *scratch = room((size_t)ROLN_SYM_CHOL_WORK(side), sizeof *scratch);
     double *G = room((size_t)(no * side), sizeof *G), trace = 0, left_ = 0;
     roln_status st = ROLN_E_NOT_SPD;
     int turn, o, h, k;
-    for (h = 0; h < (terms + 1) * no; h++)
+    for (h = 0; h < (T + 1) * no; h++)
         seen[h] = 1;
     rolni_unseen_bwd(t->net, t->theta, seen);
     memset(S, 0, sizeof *S * (size_t)side * (size_t)(side + 1));
@@ -173,7 +174,7 @@ static double start_least_squares(const start_target *t)
                 b[h] = (roln_real)G[o * side + h];
             roln_sym_solve(side, S, b, b);
             for (h = 0; h < side && moves; h++)
-                t->theta[h < terms ? o * terms + h : no * terms + o] += b[h];
+                t->theta[h < T ? o * T + h : no * T + o] += b[h];
         }
         left_ = start_products(t, seen, NULL, G);
     }
@@ -272,7 +273,8 @@ static void start_friction(const regression *r, M(params) * p)
     }
 }
 
-/* Inputs, roots or log of M, and derivatives of V along random directions, at samples and random places. Returns 0 without a result. */
+/* Inputs, roots or log of M, and derivatives of V along random directions, at samples and random places. Returns 0 without a
+   result. */
 static int start_targets(const regression *r, const regression_source *of, const M(params) * p, roln_real *x, roln_real *x_t,
                          roln_real *u, roln_real *V_t)
 {
