@@ -88,7 +88,7 @@ static void check_start(void)
     if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
     if (!start_possible())
         fail("start=regression is for models whose coordinates are the joints, without ROLN_INPUTS, ROLN_ACTUATOR, ROLN_DRIVEN, "
-             "SPD layers and a learned base point, and with an exponential M");
+             "SPD layers and a learned base point");
 }
 
 /* Fits it to what is trained with, and prints it. With seconds= below 100 it is smaller, and of fewer samples. */

@@ -2,17 +2,19 @@
 /* start.h - networks that begin where the regression of regression.h ends: unit of inertia, M, V, damping and dry friction.
 
    train.c includes it behind its config, report.h and regression.h. It is for models whose coordinates are the joints (n = N, no
-   autoencoder) with an exponential mass matrix, no learned base point and no SPD layers: start_possible. The networks are fitted to
-   the regression at samples and at random places of their range:
+   autoencoder) without a learned base point and SPD layers: start_possible. The networks are fitted to the regression at samples
+   and at random places of their range:
 
-       mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity
+       mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity; with ROLN_MASS cholesky the lower
+                           triangle L, L L^T = M / unit - floor I; with squares the symmetric root of that in the first columns of L
        potential network   the derivative of V along a random direction, in which each joint counts by its rms torque; 0 along an
                            ignorable coordinate, which the networks do not see
        damper, friction    constants c_j and s_j of the regression; v_j = 0.04 rms speeds
 
-   Adam on values that have no noise: 50,000 batches of 64 take 3 s for six joints and networks 16, 16. The model is then positive
-   definite by construction. Its M and V are off by a per mille, its torques by more, for gravity and inertia may cancel: so train.c
-   goes on with Gauss-Newton on torques of the regression, at the places of start_samples. */
+   Polynomials are linear in their coefficients: least squares, in closed form. Else Adam on values that have no noise: 50,000
+   batches of 64 take 3 s for six joints and networks 16, 16. The model is then positive definite by construction. Its M and V are
+   off by a per mille, its torques by more, for gravity and inertia may cancel: so train.c goes on with Gauss-Newton on torques of
+   the regression, at the places of start_samples. */
 
 #ifndef START_H
 #define START_H
@@ -32,7 +34,7 @@ static int start_possible(void)
 {
     const roln_lnn *f = &M(model).lnn;
     return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && (int)M(actuator) == 0 && f->driven == 0 &&
-           f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
+           !f->base && f->layers == 0;
 }
 
 /* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: that of
@@ -92,13 +94,102 @@ static double start_adam(const start_target *t, int steps, double rate)
     return norm > 0 ? sqrt(sum / norm) : 0;
 }
 
-/* u [n (n + 1) / 2] = log M, the diagonal first. Eigenvalues below 1e-3 of the largest count as that. Returns 0 without a
-   result. */
-static int start_log(const double *M_, roln_real *u)
+/* Terms of polynomials at place k, with 1 behind them; or their derivatives along x_t. seen [T]: 0 for those of ignorable
+   coordinates. value [T] scratch. */
+static void start_terms(const start_target *t, int k, const roln_real *seen, roln_real *value, roln_real *p)
 {
-    enum { n = M(n) };
+    const int ni = t->net->size[0], T = t->net->size[1], degree = t->net->degree;
+    const roln_real *x = t->x + k * ni, *x_t = t->x_t ? t->x_t + k * ni : NULL;
+    int h;
+    rolni_polynomials(ni, degree, 1, x, 0, x_t ? value : p + ni, 0);
+    if (x_t) rolni_polynomials_along(ni, degree, x, value, x_t, p + ni);
+    memcpy(p, x_t ? x_t : x, sizeof *p * (size_t)ni);
+    p[T] = !x_t;
+    for (h = 0; h < T; h++)
+        p[h] *= seen[h];
+}
+
+/* G [out][T + 1]: the products of what the polynomials leave of each value with the terms; with S the sums of the products of
+   terms among themselves. Returns the rms of what is left, of derivatives over their rms. */
+static double start_products(const start_target *t, const roln_real *seen, roln_real *S, double *G)
+{
+    enum { SOME = 256 };
+    static roln_real scratch[ROLN_SYM_WORK];
+    const int T = t->net->size[1], side = T + 1, no = t->net->size[2];
+    roln_real *value = room((size_t)T, sizeof *value), *p = room((size_t)SOME * (size_t)side, sizeof *p);
+    double sum = 0, norm = 0;
+    int k, i, o, h;
+    memset(G, 0, sizeof *G * (size_t)(no * side));
+    for (k = 0; k < START_PLACES; k += SOME) {
+        const int count = START_PLACES - k < SOME ? START_PLACES - k : SOME;
+        for (i = 0; i < count; i++)
+            start_terms(t, k + i, seen, value, p + i * side);
+        if (S) roln_sym_at(count, side, 0, side, p, S, scratch);
+        for (i = 0; i < count * no; i++) {
+            const roln_real *of = p + i / no * side;
+            double off;
+            o = i % no, off = (double)t->y[(k + i / no) * no + o];
+            norm += t->x_t ? off * off : 1;
+            off -= (double)roln_dot(T, t->theta + o * T, of) + (double)(t->theta[no * T + o] * of[T]);
+            sum += off * off;
+            for (h = 0; h < side; h++)
+                G[o * side + h] += off * (double)of[h];
+        }
+    }
+    free(value), free(p);
+    return norm > 0 ? sqrt(sum / norm) : 0;
+}
+
+/* Least squares of polynomials. Cosine and sine of an angle depend on each other, so the normal equations are damped; what they
+   leave is solved for again. An output that is 0 everywhere keeps its small random weights: from 0 Gauss-Newton would not learn it.
+   Returns the rms of what is left, of derivatives over their rms. */
+static double start_least_squares(const start_target *t)
+{
+    enum { TURNS = 6 };
+    const int T = t->net->size[1], side = T + 1, no = t->net->size[2];
+    roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)((T + 1) * no), sizeof *seen);
+    roln_real *b = room((size_t)side, sizeof *b), *damp = room((size_t)side, sizeof *damp);
+    roln_real *scratch = room((size_t)ROLN_SYM_CHOL_WORK(side), sizeof *scratch);
+    double *G = room((size_t)(no * side), sizeof *G), trace = 0, left_ = 0;
+    roln_status st = ROLN_E_NOT_SPD;
+    int turn, o, h, k;
+    for (h = 0; h < (T + 1) * no; h++)
+        seen[h] = 1;
+    rolni_unseen_bwd(t->net, t->theta, seen);
+    memset(S, 0, sizeof *S * (size_t)side * (size_t)(side + 1));
+    (void)start_products(t, seen, S, G);
+    for (h = 0; h < side; h++)
+        trace += (double)S[(size_t)h * (size_t)(side + 2)];
+    for (; st != ROLN_OK && trace < 1e30; trace *= 8) {
+        for (h = 0; h < side; h++)
+            damp[h] = (roln_real)(1e-6 * trace / side);
+        st = roln_sym_chol(side, damp, S, scratch);
+    }
+    for (turn = 0; turn < TURNS && st == ROLN_OK; turn++) {
+        for (o = 0; o < no; o++) {
+            int moves = 0;
+            for (k = 0; k < START_PLACES && !moves; k++)
+                moves = t->y[k * no + o] < 0 || t->y[k * no + o] > 0;
+            for (h = 0; h < side; h++)
+                b[h] = (roln_real)G[o * side + h];
+            roln_sym_solve(side, S, b, b);
+            for (h = 0; h < side && moves; h++)
+                t->theta[h < T ? o * T + h : no * T + o] += b[h];
+        }
+        left_ = start_products(t, seen, NULL, G);
+    }
+    free(S), free(seen), free(b), free(damp), free(scratch), free(G);
+    return left_;
+}
+
+/* u: log M; or L, M = L L^T + floor I: its lower triangle, or with squares the symmetric root, behind which columns are 0. Of u the
+   diagonal comes first, except with squares. Eigenvalues below 1e-3 of the largest count as that. Returns 0 without a result. */
+static int start_root(const double *M_, roln_real *u)
+{
+    enum { n = M(n), ROOT = (int)M(cholesky), SQUARES = (int)M(squares) };
     static roln_real work_[ROLN_EIG_WORK(M(n))];
     roln_real A[n * n], l[n], Q[n * n];
+    double B[n * n];
     int i, j, k, at = n;
     for (i = 0; i < n * n; i++)
         A[i] = (roln_real)M_[i];
@@ -108,10 +199,15 @@ static int start_log(const double *M_, roln_real *u)
             double sum = 0;
             for (k = 0; k < n; k++) {
                 const double least = 1e-3 * fmax((double)l[0], (double)l[n - 1]);
-                sum += log(fmax((double)l[k], least)) * (double)Q[k * n + i] * (double)Q[k * n + j];
+                const double x = fmax((double)l[k] - (ROOT ? (double)M(model).lnn.eigenvalue_floor : 0), least);
+                sum += (!ROOT ? log(x) : SQUARES > 0 ? sqrt(x) : x) * (double)Q[k * n + i] * (double)Q[k * n + j];
             }
-            u[i == j ? i : at++] = (roln_real)sum;
+            B[i * n + j] = B[j * n + i] = sum;
         }
+    if (ROOT && SQUARES == 0 && !regression_cholesky(n, B)) return 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < (SQUARES > 0 ? SQUARES : i + 1); j++)
+            u[SQUARES > 0 ? i * SQUARES + j : i == j ? i : at++] = j < n ? (roln_real)B[i * n + j] : 0;
     return 1;
 }
 
@@ -177,7 +273,8 @@ static void start_friction(const regression *r, M(params) * p)
     }
 }
 
-/* Inputs, log M, and derivatives of V along random directions, at samples and random places. Returns 0 without a result. */
+/* Inputs, roots or log of M, and derivatives of V along random directions, at samples and random places. Returns 0 without a
+   result. */
 static int start_targets(const regression *r, const regression_source *of, const M(params) * p, roln_real *x, roln_real *x_t,
                          roln_real *u, roln_real *V_t)
 {
@@ -204,7 +301,7 @@ static int start_targets(const regression *r, const regression_source *of, const
         }
         if (f->angles) rolni_see(f, 1, z, x + i * in), rolni_see_along(f, 1, x + i * in, direction, x_t + i * in);
         else memcpy(x + i * in, z, sizeof z), memcpy(x_t + i * in, direction, sizeof direction);
-        good = start_log(M_, u + i * ROLN_TRI(N));
+        good = start_root(M_, u + i * f->mass_net.size[f->mass_net.layers]);
     }
     regression_work_free(&w);
     return good;
@@ -257,24 +354,29 @@ static void start_free(motion *m)
     free(m->q), free(m->qd), free(m->qdd), free(m->tau_mid), free(m->first);
 }
 
+static double start_fit(const start_target *t, int steps, double rate)
+{
+    return t->net->degree > 0 ? start_least_squares(t) : start_adam(t, steps, rate);
+}
+
 /* Writes the networks of p. p has its scales and random networks. Returns 0, and says why, if that is not possible. */
 static int start_networks(const regression *r, const regression_source *of, M(params) * p)
 {
     const roln_lnn *f = &M(model).lnn;
     const size_t in = (size_t)f->mass_net.size[0], places = START_PLACES;
     roln_real *x = room(places * in, sizeof *x), *x_t = room(places * in, sizeof *x), *V_t = room(places, sizeof *V_t);
-    roln_real *u = room(places * (size_t)ROLN_TRI(f->n), sizeof *u);
+    roln_real *u = room(places * (size_t)f->mass_net.size[f->mass_net.layers], sizeof *u);
     const start_target mass = {&f->mass_net, p->theta, x, NULL, u};
     const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t};
     int good;
     good = start_targets(r, of, p, x, x_t, u, V_t);
     if (good) {
-        const double off_M = start_adam(&mass, START_MASS, 5e-3); /* of log M: relative */
-        const double off_V = start_adam(&potential, START_POTENTIAL, 1e-2);
+        const double off = start_fit(&mass, START_MASS, 5e-3), off_M = f->mass == ROLN_CHOLESKY ? 2 * off : off; /* relative */
+        const double off_V = start_fit(&potential, START_POTENTIAL, 1e-2);
         start_friction(r, p);
         printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
                100 * off_V, r->unit * (double)p->scale.m);
-    } else printf("networks do not begin at the regression: its M has no logarithm\n");
+    } else printf("networks do not begin at the regression: its M has no logarithm or root\n");
     free(x), free(x_t), free(V_t), free(u);
     return good;
 }

@@ -63,6 +63,16 @@ check 'without noise: off from the regression by less than 0.1 %' \
     awk '/^torques of the networks are off by/ { ok = $8 < 0.1 } END { exit !ok }' $dir/clean.log
 check 'without noise: off from held-out torques by less than 0.15 %' \
     awk '/ E_q\(/ && $1 == 0 { for (i = 1; i < NF; i++) if ($i == "torques") ok = $(i + 1) < 0.15 } END { exit !ok }' $dir/clean.log
+# polynomials, M of squares and of Cholesky, begin there in closed form
+for mass in "squares, 3" cholesky; do
+    sed "s/two$/poly/; s/ROLN_MLP .*/ROLN_POLYNOMIALS 3, 2/; /ROLN_AE/a #define ROLN_MASS $mass" $dir/two.h > $dir/poly.h
+    gcc -std=c99 -O2 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -Iexamples -DMODEL=poly examples/train.c \
+        -o $dir/poly -lpthread -lm
+    $dir/poly $dir/clean.csv torque=1 start=regression held=0.2 steps=1 window=0 out=$dir/poly > $dir/poly.log 2>&1
+    grep '^torques of the networks' $dir/poly.log
+    check "polynomials, $mass: off from the regression by less than 0.1 %" \
+        awk '/^torques of the networks are off by/ { ok = $8 < 0.1 } END { exit !ok }' $dir/poly.log
+done
 record 0.05 > $dir/noisy.csv
 $dir/two $dir/noisy.csv torque=1 start=regression held=0.2 steps=1 window=0 out=$dir/noisy > $dir/noisy.log 2>&1
 grep '^torques of the networks' $dir/noisy.log
