@@ -861,8 +861,9 @@ ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int forc
     roln_real **at[ARRAYS];
     int len[ARRAYS];
     m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
-    if (f->damping > 1 || drives(f) || f->mass_net.degree > 0) /* y stays as it is; the midpoint rule settles */
+    if (f->damping > 1 || drives(f)) /* y stays as it is; the midpoint rule settles */
         m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005));
+    else if (f->mass_net.degree > 0 && kind == ROLN_MIDPOINT) m.h = (ld)ROLN_C(0.01);
     x.th = th, x.s = fresh(2 * k);
     for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
     for (i = 0; i < k && f->mass_net.degree > 0; i++) x.s[i] /= 2; /* polynomials are made for [-1, 1] */
