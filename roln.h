@@ -6799,6 +6799,49 @@ ROLNI_INTS
     ROLN_(newton_blocks) = ROLN_(blocks) - ROLN_(newton_first)
 ROLNI_INTS_END;
 
+/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data, where inputs are in [-1, 1]:
+   of each coefficient of M and R ridge times the square of its polynomial at (reach, .., reach), of V the square of the slope there;
+   0 of constants, of terms of degree 1, and of all else. Cosines and sines of angles stay in [-1, 1]: for them reach is 1. */
+ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[ROLN_AT_LEAST(ROLN_(newton_size))])
+{
+    enum { ROLNI_IN = ROLN_(into) };
+    const roln_lnn *f = &ROLN_(model).lnn;
+    const roln_mlp *const net[3] = {&f->mass_net, &f->potential_net, &f->damper_net};
+    const int at[3] = {0, rolni_potential_at(f), rolni_damper_at(f)};
+    roln_real z[ROLNI_IN], one[ROLNI_IN], p[ROLN_MAX(ROLN_(H1_m), ROLN_(H1_v))], slope[ROLN_MAX(ROLN_(H1_m), ROLN_(H1_v))];
+    int k, i, h;
+    for (i = 0; i < ROLNI_IN; i++)
+        z[i] = i >= f->n || roln_lnn_angle(f, i) ? 1 : reach, one[i] = 1;
+    rolni_zero(ROLN_(newton_size), w);
+    for (k = 0; k < (f->damping ? 3 : 2) && ROLN_(polynomials) > 0; k++) {
+        const roln_real *const of = k == 1 ? slope : p;
+        rolni_polynomials(ROLNI_IN, net[k]->degree, 1, z, 0, p, 0);
+        rolni_polynomials_along(ROLNI_IN, net[k]->degree, z, p, one, slope);
+        for (i = 0; i < net[k]->size[2]; i++)
+            for (h = 0; h < net[k]->size[1] - ROLNI_IN; h++)
+                w[ROLN_(ae_size) - ROLN_(newton_from) + at[k] + i * net[k]->size[1] + ROLNI_IN + h] = ridge * of[h] * of[h];
+    }
+}
+
+/* Row `at` of g holds the scale of M, V and R, which motion without forces leaves free and a ridge would shrink: weight times the
+   mean logarithm of M, by its constants alone, is to be 0. For polynomials. */
+ROLN_FN void ROLN_(scale_row)(const ROLN_(params) *p, roln_real weight, int at, ROLN_(residuals) *g)
+{
+    const roln_lnn *f = &ROLN_(model).lnn;
+    const int outputs = rolni_outputs(f), from = ROLN_(ae_size) + rolni_potential_at(f) - outputs;
+    const int root = f->mass == ROLN_CHOLESKY, count = root ? outputs : f->n;
+    const roln_real *const b = p->theta + from;
+    const roln_real square = roln_dot(outputs, b, b) / ROLNI_AS(roln_real, f->n);
+    roln_real *const row = g->J + ROLNI_AS(size_t, at) * ROLN_(newton_size), mean = root ? roln_log(square) : 0;
+    int i;
+    rolni_zero(ROLN_(newton_size), row);
+    for (i = 0; i < count; i++) {
+        row[from - ROLN_(newton_from) + i] = weight * (root ? 2 * b[i] / square : 1) / ROLNI_AS(roln_real, f->n);
+        if (!root) mean += b[i] / ROLNI_AS(roln_real, f->n);
+    }
+    g->r[at] = -weight * mean;
+}
+
 /* scratch of NAME_rows */
 typedef union {
     ROLN_(grad_acc_work) grad_acc;

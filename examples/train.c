@@ -76,6 +76,7 @@ static struct {
     {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
     {"inertia", 0, 0, 1e15, 0, "torque=1: unit of inertia of the networks, as of another training; 0: found in the recordings"},
+    {"ridge", 0.02, 0, 1e6, 0, "ROLN_POLYNOMIALS: keeps them from growing beyond the data; over what rows leave"},
     {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean), with ROLN_SCALE each of each joint"},
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"next", 0, 0, 200, 1, "OUT_next.csv: so many recordings that would tell most beside these; takes a tenth of seconds="},
@@ -276,6 +277,11 @@ enum {
     POINTS = 400
 };
 typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
+
+/* Polynomials: how far they are kept from growing, where inputs of data are in [-1, 1]; weight of the row that holds the scale of M
+   and V, which is free without forces. */
+enum { POLYNOMIALS = (int)M(polynomials), HOLD = 10 };
+#define REACH ROLN_C(1.3)
 
 /* All that a training is. */
 static struct {
@@ -725,6 +731,7 @@ static int windows_begin(void)
 static const char *newton_step(rows *f)
 {
     enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
+    static roln_real ridge[M(newton_size)];
     const roln_real rate = s.gentle ? ROLN_C(0.3) : 1;
     roln_newton_opt opt = {s.memory, rate, 20, NULL}; /* rows more than 20 times the mean are few, but they may be true */
     roln_real damping;
@@ -735,10 +742,12 @@ static const char *newton_step(rows *f)
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if (!draw(f, s.window_weight > 0 ? WINDOWS : 0)) continue;
+        if (POLYNOMIALS && !(set("torque") > 0)) M(scale_row)(&s.p, HOLD, PARTS * PART - 1, &residuals);
         if (M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton) == ROLN_OK) break;
     }
     if (tries == DRAWS)
         return "residuals of training samples overflow; possible cause: a wild sample, force= or a unit far too large";
+    if (POLYNOMIALS) M(newton_ridge)((roln_real)set("ridge") * s.newton.state.loss, REACH, ridge), opt.ridge = ridge;
     share((int)set("threads"), sum, &opt), gather_sums();
     f->p = &s.newton.next, f->again = 1;
     for (tries = 0; tries < TRIES; tries++) {

@@ -36,6 +36,22 @@
 #define ROLN_LEARN networks
 #include "roln.h"
 
+#define ROLN_NAME toe /* polynomials of two numbers and an angle */
+#define ROLN_AE 3
+#define ROLN_ANGLES 0, 1, 0
+#define ROLN_POLYNOMIALS 3, 4
+#define ROLN_MASS squares, 4
+#define ROLN_DAMPING 1
+#define ROLN_GN_ROWS 40
+#include "roln.h"
+
+#define ROLN_NAME heel /* the same behind an autoencoder, M an exponential */
+#define ROLN_AE 4, 3
+#define ROLN_POLYNOMIALS 2, 3
+#define ROLN_GN_ROWS 40
+#define ROLN_LEARN everything
+#include "roln.h"
+
 #include "manifolds.h"
 #include "room.h"
 
@@ -403,6 +419,89 @@ static void check_palm(void)
     CHECK(moved > 3 * P / 4);
 }
 
+/* Value and slope along (1, .., 1) of a network with one weight, at x. */
+static void value_of(const roln_mlp *net, const roln_real *theta, const roln_real *x, roln_real y[2])
+{
+    roln_real in[2 * 8], out[2 * 16], *hidden = room_of(4 * (roln_mlp_hidden(net) + 40));
+    const int ni = net->size[0], no = net->size[net->layers];
+    int i;
+    CHECK(ni <= 8 && no <= 16);
+    for (i = 0; i < ni; i++) in[i] = x[i], in[ni + i] = 1;
+    roln_mlp_forward(net, 1, 2, 1, theta, in, out, hidden, hidden + roln_mlp_hidden(net));
+    for (y[0] = y[1] = 0, i = 0; i < no; i++) y[0] += out[i], y[1] += out[no + i];
+}
+
+/* The ridge of each weight of a network: its polynomial, or the slope, squared; none on what is linear along a line. */
+static void check_ridge_of(const roln_mlp *net, int slope, const roln_real *reach, const roln_real *w)
+{
+    static roln_real theta[1000];
+    const int P = roln_mlp_params(net);
+    int i, j, k, free_ = 0;
+    CHECK(P <= 1000);
+    for (i = 0; i < P; i++) {
+        roln_real y[2], x[8], line[3], curve, size;
+        memset(theta, 0, sizeof theta), theta[i] = 1;
+        value_of(net, theta, reach, y);
+        for (k = 0; k < 3; k++) {
+            roln_real v[2];
+            for (j = 0; j < net->size[0]; j++) x[j] = ROLN_C(0.3) + ROLN_C(0.1) * (roln_real)(j + 1) * (roln_real)(k + 1);
+            value_of(net, theta, x, v), line[k] = v[0];
+        }
+        curve = ROLN_ABS(line[0] - 2 * line[1] + line[2]), size = 1 + y[slope] * y[slope];
+        free_ += w[i] <= 0;
+        if (curve < 20 * ROLN_EPS) CHECK(w[i] <= 0 && w[i] >= 0);
+        else CHECK_NEAR((double)w[i], (double)(ROLN_C(0.5) * y[slope] * y[slope]), 20 * (double)(size * ROLN_EPS));
+    }
+    CHECK(free_ == (net->size[0] + 1) * net->size[2]);
+}
+
+static void check_ridges(void)
+{
+    static const roln_real of_toe[4] = {ROLN_C(1.5), 1, ROLN_C(1.5), 1}, of_heel[3] = {2, 2, 2};
+    static roln_real toe[toe_newton_size], heel[heel_newton_size], leg[leg_newton_size];
+    const roln_lnn *f = &toe_model.lnn, *g = &heel_model.lnn;
+    int i;
+    toe_newton_ridge(ROLN_C(0.5), ROLN_C(1.5), toe), heel_newton_ridge(ROLN_C(0.5), 2, heel), leg_newton_ridge(1, 2, leg);
+    check_ridge_of(&f->mass_net, 0, of_toe, toe);
+    check_ridge_of(&f->potential_net, 1, of_toe, toe + rolni_potential_at(f));
+    check_ridge_of(&f->damper_net, 0, of_toe, toe + rolni_damper_at(f));
+    check_ridge_of(&g->mass_net, 0, of_heel, heel + heel_ae_size);
+    check_ridge_of(&g->potential_net, 1, of_heel, heel + heel_ae_size + rolni_potential_at(g));
+    for (i = 0; i < heel_ae_size; i++) CHECK(heel[i] <= 0 && heel[i] >= 0);
+    for (i = 0; i < leg_newton_size; i++) CHECK(leg[i] <= 0 && leg[i] >= 0);
+}
+
+/* The row of the scale is the derivative of its residual; with L and R times c and V times c^2, M and so its logarithm are those
+   of c^2 M. What an exponential says of it is linear. */
+#define CHECK_SCALE(name) \
+    do { \
+        static name##_residuals g; \
+        static name##_params p; \
+        const int outputs = rolni_outputs(&name##_model.lnn), from = name##_ae_size + rolni_potential_at(&name##_model.lnn); \
+        uint64_t s_ = 3; \
+        roln_real r, there; \
+        int i_; \
+        fill(name##_theta_size, 1, &s_, p.theta), fill(name##_newton_size, 1, &s_, g.J + 2 * name##_newton_size); \
+        name##_scale_row(&p, 3, 2, &g), r = g.r[2]; \
+        for (i_ = 0; i_ < name##_newton_size; i_++) { \
+            const roln_real h = ROLN_SQRT(ROLN_EPS), kept = p.theta[i_], row = g.J[2 * name##_newton_size + i_]; \
+            p.theta[i_] = kept + h, name##_scale_row(&p, 3, 3, &g), there = g.r[3], p.theta[i_] = kept; \
+            CHECK_NEAR((double)(r - there), (double)(h * row), 40 * (double)ROLN_EPS); \
+            CHECK((i_ >= from - outputs && i_ < from) || (row <= 0 && row >= 0)); \
+        } \
+        if (name##_model.lnn.mass == ROLN_CHOLESKY) { \
+            for (i_ = name##_ae_size; i_ < name##_theta_size; i_++) p.theta[i_] *= ROLN_C(1.5); \
+            name##_scale_row(&p, 3, 3, &g); \
+            CHECK_NEAR((double)(g.r[3] - r), -6 * log(1.5), 40 * (double)ROLN_EPS); \
+        } \
+    } while (0)
+
+static void check_scales(void)
+{
+    CHECK_SCALE(toe);
+    CHECK_SCALE(heel);
+}
+
 /* Blocks and scratch of the shell are those of its table, for any number of rows. */
 static void check_sizes(void)
 {
@@ -470,6 +569,8 @@ static void test_shell(void)
         check_hand_judge(i < 2 ? COUNT : DUAL, opts[i]);
     }
     check_palm();
+    check_ridges();
+    check_scales();
 }
 
 void TEST_NAME(newton_model)(void)

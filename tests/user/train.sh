@@ -60,7 +60,7 @@ check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(pri
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
 keys='out t q qd tau dt delay filter spread test from method start sliders ignore smoother seed seconds steps held look window
-      torque force inertia noise smooth ae acc lr_ae lr_net threads resume next tick'
+      torque force inertia ridge noise smooth ae acc lr_ae lr_net threads resume next tick'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
