@@ -2964,10 +2964,10 @@ typedef struct {
      {ROLN_(into), ROLN_(H1_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
       ROLNI_OR(ROLN_(H5), out), out}, ROLN_(degree_##which)}
 #define ROLNI_LNN_OF(friction) \
-    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), ROLN_BASE, \
-     ROLN_(layers), ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
+    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), \
+     ROLN_(squares), ROLN_BASE, ROLN_(layers), ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
      ROLNI_MLP_OF(m, ROLN_(outputs)), ROLNI_MLP_OF(v, 1), ROLNI_MLP_OF(m, ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
-     friction, ROLN_(squares), ROLN_(driven)}
+     friction, ROLN_(driven)}
 static const roln_model ROLN_(model) = {
     {ROLN_(ae_layers),
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),

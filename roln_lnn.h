@@ -4,9 +4,10 @@
        M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)
 
    d may also have quadratic drag W (|y| o y), y = W^T zd, and another law of friction (section 4). u, V, L and W are multilayer
-   perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from u, exp_P the exponential
-   map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may follow; or
-   M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
+   perceptrons or polynomials of z, or of cos z_j and sin z_j where z_j is an angle. U is the symmetric matrix filled from u, exp_P
+   the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may
+   follow; or M = B B^T + eps I takes its place. B, filled from u, is a triangle (Cholesky, as in DeLaN), or n rows of n or more
+   numbers (squares). C comes from the Christoffel symbols of M:
 
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
 
@@ -14,7 +15,7 @@
    After Friedl et al., ICLR 2025, Eqs. 4-8 and section 3.1. The paper differentiates M entry by entry; the form of c above and
    the backward that is built on it are roln's own.
 
-   1 perceptron          forward, backward, initial weights
+   1 networks            perceptrons and polynomials: forward, backward, initial weights
    2 shape and layout    sizes, where the parts of theta lie, the tape
    3 mass matrix         from u to M and back, row by row
    4 mechanics           one sweep forward, one back; forward and inverse dynamics, terms
@@ -366,22 +367,23 @@ ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, u
 enum { ROLN_EXPONENTIAL = 0, ROLN_CHOLESKY = 1 }; /* how u becomes a mass matrix */
 enum { ROLN_GYRO = 1 };                           /* the kind of an SPD layer, see section 3 */
 
-/* Shape of a Lagrangian network; all its perceptrons have the same hidden sizes. */
+/* Shape of a Lagrangian network. All its perceptrons have the same hidden sizes. Polynomials of M and R are of one degree, those of
+   V of their own. */
 typedef struct {
     int n;                  /* degrees of freedom */
     int mass;               /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + floor I */
+    int squares;            /* Cholesky: columns of L, at least n, all of whose entries are in u; 0: L is lower triangular */
     int base;               /* exponential: 0: base point I, 1: learned P */
     int layers;             /* gyro layers behind the exponential: X_i+1 = layer_i(X_i), the last is M; Cholesky: 0 */
     int damping;            /* 1: learned dissipation R(z) = L L^T; 2: quadratic drag W(z) beside it */
     roln_real eigenvalue_floor; /* smallest eigenvalue of ROLN_CHOLESKY */
-    roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs */
+    roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs, with squares n squares */
     roln_mlp potential_net; /* z -> V, one output */
     roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs, and W [n][n] behind them if damping is 2 */
     uint32_t angles;        /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
                                have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
     int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law;
                                -1, -2: their numbers are in theta and no such force is in d: see roln_lnn_stick */
-    int squares;            /* Cholesky: columns of L, at least n, all of whose entries are outputs; 0: L is lower triangular */
     int driven;             /* the accelerations of the last `driven` coordinates are prescribed; not by the midpoint rule */
 } roln_lnn;
 

@@ -9,6 +9,7 @@
    6 eigensolver        symmetric, any n, scaled, bounded
    7 SPD maps           exp, log, powers at any base point: value, derivative, backward; second derivative of exp
    8 SPD geometry       the affine-invariant distance
+   9 polynomials        products of Chebyshev polynomials, their derivatives and backward
 
    Names: what begins with roln_ or ROLN_ is for users. What begins with rolni_ or ROLNI_ is shared among the five headers, may
    change with every version, and is promised to nobody else.
