@@ -29,11 +29,11 @@ enum { CURRENT, SERVO, WINCH, MODELS };
 enum { CART, HELD, CABLE, TIED, MODELS };
 #define SMALL_TABLE(X, Y) {&X(cart), &X(held), &X(cable), &X(tied)}
 #else
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, RUBBED, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, RUBBED, BOWL, GANTRY, MODELS };
 /* X(name) of every model, of those with learned inputs Y(name) */
 #define SMALL_TABLE(X, Y) \
     {&X(plain), &X(bare), &X(square), &X(deep), &X(pole), &Y(rich), &X(delan), &Y(pushed), &X(layered), &X(chart), &Y(curved), \
-     &X(wheel), &X(laden), &X(rubbed)}
+     &X(wheel), &X(laden), &X(rubbed), &X(bowl), &X(gantry)}
 #endif
 #define SMALL_CALLED(name) name##_called
 static const model *const models[MODELS] = SMALL_TABLE(SMALL_CALLED, SMALL_CALLED);
@@ -104,6 +104,14 @@ ROLN_FN void keep_numbers(const roln_ae *shape, roln_real *phi)
     }
 }
 
+/* Weights W of polynomials become small, since the polynomials grow outside of [-1, 1]; those of networks stay. */
+ROLN_FN void calm(const roln_mlp *f, roln_real *W)
+{
+    int i;
+    for (i = 0; f->degree > 0 && i < f->size[1] * f->size[2]; i++)
+        W[i] /= i % f->size[1] < f->size[0] ? 2 : 16;
+}
+
 /* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD. */
 ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
 {
@@ -123,8 +131,10 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     }
     theta += m->ae.monomials * roln_ae_bent(&m->ae);
     P = theta + rolni_base_at(f);
+    calm(&f->mass_net, theta), calm(&f->potential_net, theta + rolni_potential_at(f));
+    if (f->damping) calm(&f->damper_net, theta + rolni_damper_at(f));
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
-        theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
+        theta[roln_mlp_params(&f->mass_net) - rolni_outputs(f) + i * (f->squares + 1)] += 1;
     for (i = 0; i < ROLNI_LAW(f->friction) * f->n; i++) /* little, and not sharp: midpoint converges */
         theta[rolni_friction_at(f) + i] += little[i / f->n];
     for (i = 0; f->damping > 1 && i < w * w; i++) { /* W little, too: zd is large where feedback is tested */

@@ -258,6 +258,35 @@
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
+#define ROLN_NAME SMALL(bowl) /* polynomials behind a chart, a mass matrix of squares */
+#define ROLN_AE 5, 2
+#define ROLN_POLYNOMIALS 2, 3
+#define ROLN_CHART polynomial, 2
+#define ROLN_MASS squares, 3
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
+#define ROLN_NAME SMALL(gantry) /* polynomials of a slider and an angle: exp(U), damping, law of friction */
+#define ROLN_AE 2
+#define ROLN_POLYNOMIALS 3, 2
+#define ROLN_ANGLES 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
 #define ROLN_NAME SMALL(laden) /* its filter estimates a load */
 #define ROLN_AE 5, 2
 #define ROLN_MLP 4

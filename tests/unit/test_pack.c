@@ -35,10 +35,11 @@ static void package_of(const roln_model *md, package *p)
 {
     const roln_lnn *f = &md->lnn;
     p->md = md, p->n = f->n, p->own = md->own ? md->ae.size[0] : 0;
-    p->sizes = 8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + (f->angles ? 2 : 0);
+    p->sizes = 8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + (f->angles ? 2 : 0) + (f->driven > 0) +
+               (f->mass_net.degree > 0 ? 2 : 0) + (f->squares > 0);
     p->lead = 8 + 2 * p->sizes;
-    p->total = ROLN_PACKED(md->ae.layers, f->mass_net.layers, f->layers, f->angles, p->own, f->n, roln_params(md));
     p->numbers = 6 + p->own + 3 * f->n + roln_params(md);
+    p->total = p->lead + (int)sizeof *p->x * p->numbers + 8;
     CHECK(p->total <= MAXB - 8 && p->numbers <= MAXNUM);
 }
 
@@ -91,13 +92,21 @@ static void check_corruption(package *p, int edge, int all_of)
         }
 }
 
+/* The format that a model must have. */
+static int format_of(const roln_model *md)
+{
+    const roln_lnn *f = &md->lnn;
+    return f->mass_net.degree > 0 || f->squares > 0 ? 5 : md->actuator > 0 || f->driven > 0 ? 4 : 3;
+}
+
 /* The sizes in the head, in this order, 16 bits each; slope and least lead the numbers. */
 static void check_head(const package *p, int bits)
 {
     const roln_model *md = p->md;
     const roln_lnn *f = &md->lnn;
     int want[64], c = 0, i;
-    CHECK(memcmp(p->bytes, "ROLN\3\0", 6) == 0 && p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
+    CHECK(memcmp(p->bytes, "ROLN", 4) == 0 && p->bytes[4] == format_of(md) && p->bytes[5] == 0);
+    CHECK(p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
     want[c++] = md->scheme, want[c++] = md->inputs;
     want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree + 8192 * md->own +
                 (f->friction == 1 ? 4096 : f->friction == 2 ? 16384 : 0);
@@ -111,6 +120,9 @@ static void check_head(const package *p, int bits)
     for (i = 0; i < f->layers; i++)
         want[c++] = ROLN_GYRO;
     if (f->angles) want[c++] = (int)(f->angles & 65535), want[c++] = (int)(f->angles >> 16);
+    if (f->driven > 0) want[c++] = f->driven;
+    if (f->mass_net.degree > 0) want[c++] = f->mass_net.degree, want[c++] = f->potential_net.degree;
+    if (f->squares > 0) want[c++] = f->squares;
     CHECK(c == p->sizes);
     for (i = 0; i < c; i++)
         CHECK(p->bytes[8 + 2 * i] + 256 * p->bytes[9 + 2 * i] == want[i]);
@@ -176,7 +188,8 @@ static void test_pack(int k, int own)
     for (i = 0; i < MODELS; i++) /* bytes of another model */
         if (i != k || own) {
             const roln_status st = roln_unpack(models[i]->md, p.total, p.bytes, p.to);
-            CHECK(st == ROLN_E_SHAPE || (st == ROLN_E_LENGTH && p.total < 8 + 2 * 40));
+            if (format_of(models[i]->md) != format_of(&md)) CHECK(st == ROLN_E_FORMAT);
+            else CHECK(st == ROLN_E_SHAPE || (st == ROLN_E_LENGTH && p.total < 8 + 2 * 40));
         }
     for (i = 0; i < p.numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
         for (j = 0; j < 3; j++) {
@@ -233,6 +246,53 @@ static void test_sealed(int k, int own)
         CHECK(unpack_with(&p, at, 5) == ROLN_OK); /* a bias is free */
         fill(MAXNUM, 7, p.to);
         at += N;
+    }
+}
+
+/* A model of three joints: bit 0 of kind: angles; 1: a driven joint; 2: polynomials of these degrees; 3: so many squares. */
+static roln_model model_of(int kind, int degree, int of_v, int squares)
+{
+    roln_model md = *models[BARE]->md;
+    roln_lnn *f = &md.lnn;
+    const int in = kind & 1 ? 5 : 3;
+    md.scheme = ROLN_RK4;
+    f->base = 0, f->mass = ROLN_CHOLESKY;
+    f->angles = kind & 1 ? 5 : 0, f->driven = kind >> 1 & 1;
+    f->mass_net.size[0] = f->potential_net.size[0] = f->damper_net.size[0] = in;
+    if (kind & 4) {
+        f->mass_net.degree = f->damper_net.degree = degree, f->potential_net.degree = of_v;
+        f->mass_net.size[1] = f->damper_net.size[1] = in + ROLN_MONOMIALS(in, degree);
+        f->potential_net.size[1] = in + ROLN_MONOMIALS(in, of_v);
+    }
+    if (kind & 8) f->squares = squares, f->mass_net.size[2] = 3 * squares;
+    return md;
+}
+
+/* The sizes that not every model has, in all combinations; bytes of other degrees, or of other columns. */
+static void test_last_sizes(void)
+{
+    static package p;
+    static roln_model md, other;
+    int kind, i;
+    for (kind = 0; kind < 16; kind++) {
+        md = model_of(kind, 2, 3, 4);
+        package_of(&md, &p);
+        fill(p.numbers, ROLN_C(0.25), p.x);
+        p.x[0] = md.ae.slope, p.x[1] = md.lnn.eigenvalue_floor, p.x[2] = 1;
+        seal(&p), check_head(&p, 0), check_corruption(&p, 0, 997);
+        for (i = 0; i < 4; i++) {
+            const int polynomials = i < 2, differs = polynomials ? kind & 4 : kind & 8;
+            other = model_of(kind, 2 + (i == 0), 3 + (i == 1), i == 2 ? 5 : i == 3 ? 3 : 4);
+            if (differs) CHECK(roln_unpack(&other, p.total, p.bytes, p.to) == ROLN_E_SHAPE);
+        }
+        for (i = 0; i < 16; i++) {
+            roln_status st = ROLN_OK;
+            other = model_of(i, 2, 3, 4);
+            if (i != kind) st = roln_unpack(&other, p.total, p.bytes, p.to);
+            CHECK(st == (i == kind ? ROLN_OK : format_of(&other) == format_of(&md) ? ROLN_E_SHAPE : ROLN_E_FORMAT));
+        }
+        CHECK(all(MAXNUM, p.to, 7));
+        CHECK(unpack(&p, p.total) == ROLN_OK && same(p.numbers, p.x, p.to) && all(MAXNUM - p.numbers, p.to + p.numbers, 7));
     }
 }
 
@@ -336,19 +396,21 @@ static void test_write(void)
 
 /* What the text demands of a config: enumerators with the values that they have where the model is defined, in 15 types whose names
    are the compiler's complaints. */
-#define ENUMERATORS(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, N3) X(of, N4) X(of, N5) X(of, N6) X(of, N7) X(of, N8) X(of, H1) X(of, H2) X(of, H3) \
-    X(of, H4) X(of, H5) X(of, scheme) X(of, degree) X(of, cholesky) X(of, base) X(of, L0) X(of, L1) X(of, L2) X(of, L3) \
+#define ENUMERATORS(X, of, networks, mass) \
+    X(of, N) X(of, N1) X(of, N2) X(of, N3) X(of, N4) X(of, N5) X(of, N6) X(of, N7) X(of, N8) networks(X, of) \
+    X(of, scheme) X(of, degree) X(of, mass) X(of, base) X(of, L0) X(of, L1) X(of, L2) X(of, L3) \
     X(of, damping) X(of, friction) X(of, angles) X(of, own) X(of, inputs) X(of, stored) X(of, twice) X(of, format)
+#define OF_MLP(X, of) X(of, H1) X(of, H2) X(of, H3) X(of, H4) X(of, H5)
+#define OF_POLYNOMIALS(X, of) X(of, degree_m) X(of, degree_v)
 #define ENUMERATOR(of, name) {#of "_" #name, of##_##name},
-#define OWN_WORDS PICK("DOUBLE_not_defined_0", "DOUBLE_defined_1"), "FORMAT_3"
-enum { NEEDS = 15, NEEDED = 30 };
+#define OWN_WORDS PICK("DOUBLE_not_defined_0", "DOUBLE_defined_1")
+enum { NEEDS = 15 };
 typedef struct {
     const char *name;
     int value;
 } enumerator;
 
-static void check_needs(const roln_model *md, const char *name, const enumerator *is, const char *const *words)
+static void check_needs(const roln_model *md, const char *name, int needed, const enumerator *is, const char *const *words)
 {
     char want[400];
     const char *at = text;
@@ -360,7 +422,7 @@ static void check_needs(const roln_model *md, const char *name, const enumerator
         int more = 0;
         snprintf(want, sizeof want, "typedef char %s_weights_are_of_ROLN_%s[", name, words[need]);
         CHECK(strncmp(at, want, strlen(want)) == 0);
-        for (at += strlen(want); i < NEEDED; i++, more = 1) {
+        for (at += strlen(want); i < needed; i++, more = 1) {
             snprintf(want, sizeof want, "%s%s == %d", more ? " && " : "", is[i].name, is[i].value);
             if (strncmp(at, want, strlen(want)) != 0) break;
             at += strlen(want);
@@ -368,16 +430,17 @@ static void check_needs(const roln_model *md, const char *name, const enumerator
         if (!CHECK(more && strncmp(at, " ? 1 : -1];\n", 12) == 0)) return;
         at += 12;
     }
-    CHECK(i == NEEDED && *at == 0);
+    CHECK(i == needed && *at == 0);
 }
 
 static void test_needs(void)
 {
-#define NEEDS_OF(of, ...) \
+#define NEEDS_OF(of, ...) NEEDS_WITH(of, OF_MLP, cholesky, "FORMAT_3", __VA_ARGS__)
+#define NEEDS_WITH(of, networks, mass, format, ...) \
     { \
-        static const enumerator is[NEEDED] = {ENUMERATORS(ENUMERATOR, of)}; \
-        static const char *const words[NEEDS] = {__VA_ARGS__, OWN_WORDS}; \
-        check_needs(&of##_model, #of, is, words); \
+        static const enumerator is[] = {ENUMERATORS(ENUMERATOR, of, networks, mass)}; \
+        static const char *const words[NEEDS] = {__VA_ARGS__, OWN_WORDS, format}; \
+        check_needs(&of##_model, #of, (int)(sizeof is / sizeof *is), is, words); \
     }
     NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_0",
              "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_full")
@@ -393,11 +456,19 @@ static void test_needs(void)
              "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "QUANTISE_full")
     NEEDS_OF(wheel, "AE_3", "MLP_4_5", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1",
              "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "QUANTISE_full")
+    NEEDS_WITH(bowl, OF_POLYNOMIALS, squares, "FORMAT_5", "AE_5_2", "POLYNOMIALS_2_3", "INTEGRATOR_rk4", "CHART_polynomial_2",
+               "MASS_squares_3", "BASE_0", "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0",
+               "QUANTISE_full")
+    NEEDS_WITH(gantry, OF_POLYNOMIALS, cholesky, "FORMAT_5", "AE_2", "POLYNOMIALS_3_2", "INTEGRATOR_rk4", "CHART_none_0",
+               "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1", "FRICTION_2", "ANGLES_0_1_bits_2", "SCALE_common", "INPUTS_0",
+               "QUANTISE_full")
+    CHECK(bowl_H1 == 0 && gantry_H1 == 0); /* they refuse weights of perceptrons */
 #ifndef ROLN_DOUBLE
     NEEDS_OF(stored, "AE_6_4_2", "MLP_5_4", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0",
              "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_int8")
 #endif
 #undef NEEDS_OF
+#undef NEEDS_WITH
 }
 
 #ifndef ROLN_DOUBLE
@@ -598,6 +669,7 @@ void TEST_NAME(pack)(void)
 #ifndef ROLN_DOUBLE
     test_stored_shell();
 #endif
+    test_last_sizes();
     test_write();
     test_needs();
     print_bounds();

@@ -17,7 +17,8 @@ void TEST_NAME(scratch)(void);
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, keeps) X(of, inputs) \
     X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, damper) X(of, friction) X(of, cossin) \
-    X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
+    X(of, cholesky) X(of, columns) X(of, outputs) X(of, formed) X(of, layers) \
+    X(of, polynomials) X(of, hidden) X(of, hidden_v) X(of, wide) X(of, wide_v) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
     X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
 #define SIZE_FIELD(of, name) int name;
@@ -29,7 +30,7 @@ typedef struct {
 static const sizes sizes_of[MODELS] = {
     SIZES_OF(plain), SIZES_OF(bare),    SIZES_OF(square), SIZES_OF(deep),   SIZES_OF(pole),  SIZES_OF(rich),  SIZES_OF(delan),
     SIZES_OF(pushed), SIZES_OF(layered), SIZES_OF(chart),  SIZES_OF(curved), SIZES_OF(wheel), SIZES_OF(laden),
-    SIZES_OF(rubbed),
+    SIZES_OF(rubbed), SIZES_OF(bowl),    SIZES_OF(gantry),
 };
 #define OF_Z(name) z.name
 
@@ -39,7 +40,7 @@ static void test_sizes(int k)
     const model *mo = models[k];
     const roln_model *md = mo->md;
     const roln_lnn *f = &md->lnn;
-    const roln_mlp *net = &f->mass_net;
+    const roln_mlp *net = &f->mass_net, *of_v = &f->potential_net;
     const sizes z = sizes_of[k];
     int numbers = 0, moments = 0, i, nb, dirs, keep;
     for (i = 0; i < mo->blocks; i++)
@@ -54,13 +55,16 @@ static void test_sizes(int k)
     CHECK(z.friction == f->friction && z.damper == (f->damping ? f->damper_net.size[f->damper_net.layers] : 0));
     CHECK(z.cossin == rolni_cossin(f));
     CHECK(z.hidden == roln_mlp_hidden(net) && z.wide == roln_mlp_widest(net, 0) + roln_mlp_widest(net, 1));
+    CHECK(z.hidden_v == roln_mlp_hidden(of_v) && z.wide_v == roln_mlp_widest(of_v, 0) + roln_mlp_widest(of_v, 1));
+    CHECK(z.polynomials == (net->degree > 0) && z.polynomials == (of_v->degree > 0));
+    CHECK(z.outputs == net->size[net->layers] && z.columns == (f->squares > 0 ? f->squares : f->n));
     CHECK(ROLNI_CHAIN(OF_Z, 0) == rolni_chain_size(f, 0) && ROLNI_CHAIN(OF_Z, 2) == rolni_chain_size(f, 2));
     for (nb = 1; nb < 4; nb++) {
         for (dirs = 1; dirs <= 2; dirs++)
             for (keep = 0; keep < 2; keep++)
                 CHECK(ROLN_LNN_TAPE(OF_Z, dirs, keep, nb) == roln_lnn_tape(f, dirs, keep, nb));
     }
-    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL || k == RUBBED ? 1 : 0);
+    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || md->ae.layers + f->layers + f->base == 0 ? 1 : 0);
 }
 
 static void test_shapes(void)
