@@ -67,7 +67,7 @@ FILENAME != name {
         models++
         if (at["ROLN_NAME"]) {
             if (!at["ROLN_AE"]) say(FNR, "a model without ROLN_AE")
-            if (!at["ROLN_MLP"]) say(FNR, "a model without ROLN_MLP")
+            if (!at["ROLN_MLP"] && !at["ROLN_POLYNOMIALS"]) say(FNR, "a model without ROLN_MLP or ROLN_POLYNOMIALS")
         } else for (o in at) if (at[o] && o in model) say(at[o], o ": there is no ROLN_NAME, so no model reads it")
         for (o in at) if (o in model) at[o] = 0
         next

@@ -144,6 +144,25 @@ try ROLNI_KIND_conv 'AE=4, 2' 'MLP=8' 'LAYERS=conv'
 try - 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'DAMPING=1'
 try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'LAYERS=gyro'
 try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'BASE=1'
+# polynomials, squares
+try - 'AE=4, 2' 'POLYNOMIALS=4, 7' 'CHART=polynomial, 2' 'MASS=squares, 6' 'GN_ROWS=20' 'PLAN=4, 2' 'DELAY=1' 'LOAD=1'
+try - 'AE=2' 'POLYNOMIALS=2, 8' 'ANGLES=1, 1' 'MASS=squares, 2' 'DAMPING=2' 'FRICTION=2' 'STICTION=1' 'SCALE=each' 'DOUBLE=1'
+try - 'AE=2' 'POLYNOMIALS=8, 2' 'LAYERS=gyro' 'BASE=1' 'INTEGRATOR=midpoint'
+try - 'AE=4, 2' 'POLYNOMIALS=3, 3' 'MASS=cholesky' 'QUANTISE=int8'
+try - 'AE=4' 'MLP=8' 'MASS=squares, 9' 'DRIVEN=2'
+try 'ROLN_MLP, ROLN_POLYNOMIALS: a model has one of them' 'AE=4, 2' 'MLP=8' 'POLYNOMIALS=4, 7'
+for degrees in 4 1 '1, 3' '3, 1' '4, 9' '9, 4' '4, 0' '0, 4' '-2, 4' '4, -2' '4, 7, 2'; do
+    try polynomials_need_two_degrees_2_to_8 'AE=4, 2' "POLYNOMIALS=$degrees"
+done
+try polynomials_are_fewer_than_65536 'AE=20' 'POLYNOMIALS=2, 8'
+for columns in squares 'squares, 1' 'squares, 0' 'squares, -3'; do
+    try squares_need_a_number_of_columns_n_at_least 'AE=4, 2' 'MLP=8' "MASS=$columns"
+done
+for mass in 'cholesky, 4' 'exponential, 4' 'squares, 4, 4'; do
+    try mass_takes_one_number_with_squares_else_none 'AE=4, 2' 'MLP=8' "MASS=$mass"
+done
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=squares, 2' 'LAYERS=gyro'
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=squares, 2' 'BASE=1'
 try ROLNI_MASS_ldl 'AE=4, 2' 'MLP=8' 'MASS=ldl'
 try ROLNI_SCHEME_rk5 'AE=4, 2' 'MLP=8' 'INTEGRATOR=rk5'
 # lists with a hole, lists too long, flags and counts that are none

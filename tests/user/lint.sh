@@ -46,7 +46,8 @@ says 1 '4: ROLN_MLP: for the second time, the first is in line 3' "$name" "$ae" 
 says 1 '5: ROLN_INTEGRATOR: behind the last #include "roln.h", where no model reads it' "$name" "$ae" "$mlp" "$end" \
     '#define ROLN_INTEGRATOR rk4'
 says 1 '3: a model without ROLN_AE' "$name" "$mlp" "$end"
-says 1 '3: a model without ROLN_MLP' "$name" "$ae" "$end"
+says 1 '3: a model without ROLN_MLP or ROLN_POLYNOMIALS' "$name" "$ae" "$end"
+says 0 - "$name" "$ae" '#define ROLN_POLYNOMIALS 4, 7' "$end"
 says 1 '1: ROLN_AE: there is no ROLN_NAME, so no model reads it' "$ae" "$end"
 says 1 '1: no #include "roln.h", so no model' '#define ARM 1'
 
