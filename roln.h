@@ -6799,9 +6799,10 @@ ROLNI_INTS
     ROLN_(newton_blocks) = ROLN_(blocks) - ROLN_(newton_first)
 ROLNI_INTS_END;
 
-/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data, where inputs are in [-1, 1]:
-   of each coefficient of M and R ridge times the square of its polynomial at (reach, .., reach), of V the square of the slope there;
-   0 of constants, of terms of degree 1, and of all else. Cosines and sines of angles stay in [-1, 1]: for them reach is 1. */
+/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data, whose inputs are in [-1, 1].
+   For each coefficient of M and R it is ridge times the square of its polynomial at (reach, .., reach), for one of V that of the
+   slope there along (1, .., 1); 0 for constants, for terms of degree 1, and for all else. Cosines and sines of angles stay in
+   [-1, 1]: for them reach is 1. */
 ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[ROLN_AT_LEAST(ROLN_(newton_size))])
 {
     enum { ROLNI_IN = ROLN_(into) };
