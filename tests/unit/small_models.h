@@ -274,7 +274,7 @@
 
 #define ROLN_NAME SMALL(gantry) /* polynomials of a slider and an angle: exp(U), damping, law of friction */
 #define ROLN_AE 2
-#define ROLN_POLYNOMIALS 3, 2
+#define ROLN_POLYNOMIALS 2, 2
 #define ROLN_ANGLES 0, 1
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 2

@@ -459,7 +459,7 @@ static void test_needs(void)
     NEEDS_WITH(bowl, OF_POLYNOMIALS, squares, "FORMAT_5", "AE_5_2", "POLYNOMIALS_2_3", "INTEGRATOR_rk4", "CHART_polynomial_2",
                "MASS_squares_3", "BASE_0", "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0",
                "QUANTISE_full")
-    NEEDS_WITH(gantry, OF_POLYNOMIALS, cholesky, "FORMAT_5", "AE_2", "POLYNOMIALS_3_2", "INTEGRATOR_rk4", "CHART_none_0",
+    NEEDS_WITH(gantry, OF_POLYNOMIALS, cholesky, "FORMAT_5", "AE_2", "POLYNOMIALS_2_2", "INTEGRATOR_rk4", "CHART_none_0",
                "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1", "FRICTION_2", "ANGLES_0_1_bits_2", "SCALE_common", "INPUTS_0",
                "QUANTISE_full")
     CHECK(bowl_H1 == 0 && gantry_H1 == 0); /* they refuse weights of perceptrons */
