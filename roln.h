@@ -136,6 +136,8 @@
        NAME_grad        adds the gradient of the loss over windows of several steps
        NAME_update      one step of Riemannian Adam
        NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
+       NAME_newton_ridge   ... of polynomials: a ridge on their coefficients
+       NAME_scale_row   ... of polynomials: a row that holds the scale of M
        NAME_newton_rows Riemannian Gauss-Newton: rows become tangents
        NAME_newton_normal_equations  ... the sums of their products
        NAME_newton_step ... the step, and where it ends
@@ -2669,6 +2671,9 @@ ROLNI_INTS
     ROLN_(mlp_layers) = 1 + (ROLN_(H1_m) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1_m) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(hidden_v) = ROLN_(H1_v) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
+    ROLN_(back) = 2 * ROLN_(polynomials) * ROLN_(hidden), ROLN_(back_v) = 2 * ROLN_(polynomials) * ROLN_(hidden_v),
+    ROLN_(planes_1) = ROLN_MAX(ROLN_(hidden), ROLN_(hidden_v)), ROLN_(planes_2) = ROLN_MAX(2 * ROLN_(hidden), ROLN_(hidden_v)),
+    ROLN_(planes_3) = ROLN_MAX(3 * ROLN_(hidden), ROLN_(hidden_v)),
     ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
     ROLN_(wide) = ROLN_(even) + ROLN_MAX(ROLN_(H1_m), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
     ROLN_(wide_v) = ROLN_(even) + ROLN_MAX(ROLN_(H1_v), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
@@ -2684,8 +2689,8 @@ ROLNI_INTS
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
     ROLN_(squares) = ROLNI_AT(1, ROLN_MASS),
-    ROLN_(columns) = ROLNI_OR(ROLN_(squares), ROLN_(n)),                           /* of L */
-    ROLN_(outputs) = ROLN_(squares) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri), /* of the mass network */
+    ROLN_(cols) = ROLNI_OR(ROLN_(squares), ROLN_(n)),                           /* of L */
+    ROLN_(outputs) = ROLN_(squares) > 0 ? ROLN_(n) * ROLN_(cols) : ROLN_(tri), /* of the mass network */
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
     ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
@@ -2701,6 +2706,8 @@ ROLNI_INTS
     ROLN_(row_bwd_0) = ROLNI_ROW_BWD_WORK(ROLN_, 0, 1),
     ROLN_(row_bwd_1) = ROLNI_ROW_BWD_WORK(ROLN_, 1, 1),
     ROLN_(row_bwd_2) = ROLNI_ROW_BWD_WORK(ROLN_, 2, 1),
+    ROLN_(curve_1) = ROLNI_CURVATURE_WORK(ROLN_, 1),
+    ROLN_(curve_2) = ROLNI_CURVATURE_WORK(ROLN_, 2),
     ROLN_(row_jac_1) = ROLNI_MOTION_JAC_WORK(ROLN_, 1),
     ROLN_(row_jac_2) = ROLNI_MOTION_JAC_WORK(ROLN_, 2),
     ROLN_(row_mass_0) = ROLNI_MASS_ONLY_WORK(ROLN_),
@@ -2807,7 +2814,7 @@ ROLNI_ASSERT(polynomials_need_two_degrees_2_to_8,
              ROLN_(polynomials) == 0 || (ROLN_(degree_m) >= 2 && ROLN_(degree_m) <= ROLN_DEGREE_MAX && ROLN_(degree_v) >= 2 &&
                                          ROLN_(degree_v) <= ROLN_DEGREE_MAX && ROLNI_AT(2, ROLN_POLYNOMIALS) == 0))
 ROLNI_ASSERT(polynomials_are_fewer_than_65536,
-             ROLN_MONOMIALS(ROLNI_AS(long long, ROLN_(into)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
+             ROLN_MONOMIALS(ROLNI_AS(int64_t, ROLN_(into)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLN_(polynomials) > 0 ||
                                           (ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
                                            ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0))
@@ -4331,7 +4338,8 @@ ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *
 /* scratch of NAME_dynamics */
 typedef struct {
     roln_real s[2 * ROLN_(n)], M[ROLN_(n) * ROLN_(n)], terms[3 * ROLN_(n) + 2]; /* c, g, d, T, V */
-    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_DYNAMICS_WORK(ROLN_)];
+    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
+    roln_real work[ROLN_LNN_DYNAMICS_WORK(ROLN_)];
 } ROLN_(dynamics_work);
 
 /* NAME_dynamics at z, zd; each pointer of out but M may be NULL. */

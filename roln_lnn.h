@@ -599,13 +599,15 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden of M and R          polynomials 1: in place of perceptrons
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
-       hidden_v, wide_v   the same of V
-       columns     of L: n, or more with squares       outputs     of the mass network
+       back        2 hidden of polynomials, else 0     hidden_v, wide_v, back_v   the same of V
+       planes_k    ROLN_MAX(k S(hidden), S(hidden_v)), k = 1, 2, 3
+       cols        of L: n, or more with squares       outputs     of the mass network
        layers      SPD layers
    and these, each on a line of its own, so that no line of the preprocessor becomes long: what a row of a block takes,
        row_mass    ROLNI_MASS_ROW_WORK(S)              row_dm      ROLNI_DM_WORK(S)
        row_bwd     ROLNI_ROW_BWD_WORK(S, 0, 0)         row_bwd_k   ROLNI_ROW_BWD_WORK(S, k, 1), k = 0, 1, 2
-       row_jac_k   ROLNI_MOTION_JAC_WORK(S, k), k = 1, 2
+       row_jac_k   ROLNI_MOTION_JAC_WORK(S, k), and of it
+       curve_k     ROLNI_CURVATURE_WORK(S, k), k = 1, 2
        row_mass_0  ROLNI_MASS_ONLY_WORK(S)
        row_gradient_k, row_all_k   ROLNI_GRADIENT_ROW_WORK(S, k), ROLNI_ALL_ROW_WORK(S, k), k = 0, 1: keep
    what the derivatives of a step take,
@@ -638,7 +640,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(n))                 /* [nb][n]           eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(n))                           /* [nb][n]           e^-l */ \
-    X(Q, (nb) * S(n) * S(columns))                                 /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(Q, (nb) * S(n) * S(cols))                                 /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
     X(K, (1 - S(cholesky)) * (nb) * S(n) * S(n))                   /* [nb][n][n]        exp[l_i, l_j] */ \
     X(R, S(base) * (nb) * S(n) * S(n))                             /* [nb][n][n]        X_0^-1 = R^T e^-l R; Q where P = I */ \
     X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
@@ -661,7 +663,7 @@ typedef struct {
 
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
-    const int cholesky = (f)->mass == ROLN_CHOLESKY, columns = rolni_columns(f), outputs = rolni_outputs(f); \
+    const int cholesky = (f)->mass == ROLN_CHOLESKY, cols = rolni_columns(f), outputs = rolni_outputs(f); \
     const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), hidden_v = roln_mlp_hidden(&(f)->potential_net); \
     const int cossin = rolni_cossin(f)
 
@@ -1160,17 +1162,17 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
 /* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
    gu, one every `stride` numbers (over row->u, if they lie there), adds to those of the vectors of each pair and, for P and the
    layers, to gtheta (may be NULL). M of the row was formed before: rolni_form succeeds. */
-#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(n) * S(columns)) X(Z, (1 + (k)) * S(n) * S(n))
+#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(n) * S(cols)) X(Z, (1 + (k)) * S(n) * S(n))
 #define ROLNI_ROW_BWD_WORK(S, k, grad) \
     (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
      ROLN_MAX(ROLNI_CHAIN(S, k) + ROLN_MAX(ROLNI_LAYER_BWD_WORK(S, k), \
                                            ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad))), \
               ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
-                       S(cholesky) ? (1 + ((k) > 0)) * S(n) * S(columns) : ROLNI_EXP_BWD_WORK(S, k, grad))))
+                       S(cholesky) ? (1 + ((k) > 0)) * S(n) * S(cols) : ROLNI_EXP_BWD_WORK(S, k, grad))))
 ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
                            roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, nn = n * n, formed = rolni_formed(f), columns = rolni_columns(f);
+    const int n = f->n, nn = n * n, formed = rolni_formed(f), cols = rolni_columns(f);
     roln_real *M = NULL, *chain, *rest;
     int t;
     ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
@@ -1222,14 +1224,14 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
 
 /* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
    before: rolni_form succeeds. */
-#define ROLNI_DM_MEM(X, S) X(F, S(n) * S(columns))
+#define ROLNI_DM_MEM(X, S) X(F, S(n) * S(cols))
 #define ROLNI_DM_WORK(S) \
     (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
                                                                                       : 2 * S(n)))
 ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
                       const roln_real *x, roln_real *y, roln_real *work)
 {
-    const int n = f->n, formed = rolni_formed(f), columns = rolni_columns(f);
+    const int n = f->n, formed = rolni_formed(f), cols = rolni_columns(f);
     rolni_row row;
     int r;
     ROLNI_DM_MEM(ROLNI_CARVE, ROLNI_LOCAL)
@@ -1306,7 +1308,7 @@ ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_rea
 
 /* gz [nb][n] = the gradient by z of the potential network (potential 1) or of the mass network (0), whose outputs have the
    cotangents gy, on a tape with its slopes. second: the cotangents within stay, in place of the outputs of the value. */
-#define ROLNI_BELOW_WORK(S, nb, hidden) ((nb) * S(cossin) + ((nb) + 2 * S(polynomials)) * (hidden))
+#define ROLNI_BELOW_WORK(S, nb, hidden, back) ((nb) * S(cossin) + (nb) * S(hidden) + S(back))
 ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int second, int nb, const roln_real *theta,
                               const rolni_tape *t, const roln_real *gy, roln_real *gz, roln_real *work)
 {
@@ -1327,12 +1329,10 @@ enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
 #define ROLNI_LOSS(friction) ((friction) > 1 ? ROLNI_GRADIENT : ROLNI_MASS) /* the least with all of d */
 
 /* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
-   the tape or, without keep, in the first nb hidden numbers of work, where t->mass_slope then points. */
-#define ROLNI_MOST_HIDDEN(S) ROLN_MAX(S(hidden), S(hidden_v))
-#define ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb) \
-    ((1 - (keep)) * (nb) * ROLNI_MOST_HIDDEN(S) + \
-     ROLN_MAX((1 - (keep)) * (nb) * ROLN_MAX((1 + ((wanted) < ROLNI_CORIOLIS ? 0 : (dirs))) * S(hidden), S(hidden_v)), \
-              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLNI_BELOW_WORK(S, nb, S(hidden_v))))
+   the tape or, without keep, in the first nb planes_1 numbers of work, where t->mass_slope then points. */
+#define ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb) /* behind these */ \
+    ROLN_MAX((1 - (keep)) * (nb) * ((wanted) < ROLNI_CORIOLIS ? S(planes_1) : (dirs) < 2 ? S(planes_2) : S(planes_3)), \
+             (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLNI_BELOW_WORK(S, nb, hidden_v, back_v))
 ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
                             roln_real *work)
 {
@@ -1501,9 +1501,9 @@ ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, in
      : (keep)                    ? S(row_all_1) \
                                  : S(row_all_0))
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
-    ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
-             (1 - (keep)) * (nb) * ROLNI_MOST_HIDDEN(S) + \
-                 ROLN_MAX(ROLNI_EVAL_ROW(S, keep, wanted), (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb, S(hidden))))
+    ((1 - (keep)) * (nb) * S(planes_1) + \
+     ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
+              ROLN_MAX(ROLNI_EVAL_ROW(S, keep, wanted), (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb, hidden, back))))
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
@@ -1563,11 +1563,9 @@ typedef struct {
 /* -a^T d = -(L^T a)^T (L^T zd) and, with drag, -x^T (|y| o y), x = W^T a, y = W^T zd, so that
        g_W = -(a (|y| o y)^T + zd (2 |y| o x)^T),   g_zd = -W (2 |y| o x) .
    Adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
-#define ROLNI_NET_BWD_WORK(S, planes, nb) /* of M, R */ \
-    (ROLN_MLP_BWD_WORK(planes, nb, S(wide)) + ((planes) > 1 ? 4 : 2) * S(polynomials) * S(hidden))
 #define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * S(damper))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
-    (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLNI_NET_BWD_WORK(S, 1, nb)))
+    (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide)) + S(back)))
 ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                roln_real *gy, roln_real *gzd, roln_real *gtheta, roln_real *work)
 {
@@ -1635,7 +1633,7 @@ ROLN_FN void rolni_friction_bwd(const roln_lnn *f, int nb, const roln_real *law,
 /* -a^T g = -DV[a]: adds to gy [2][nb][inputs], the cotangents of what the network sees of z and of a, given as a, and to gtheta. */
 #define ROLNI_POTENTIAL_BWD_MEM(X, S, nb) X(gv, 2 * (nb)) X(out, (nb) * S(hidden_v))
 #define ROLNI_POTENTIAL_BWD_WORK(S, nb) \
-    (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide_v)) + 4 * S(polynomials) * S(hidden_v))
+    (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide_v)) + 2 * S(back_v))
 ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                  roln_real *gy, roln_real *gtheta, roln_real *work)
 {
@@ -1656,7 +1654,8 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 #define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * S(outputs)) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
-     ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLNI_NET_BWD_WORK(S, 1 + (k), nb)))
+     ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), \
+              ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide)) + ((k) ? 2 : 1) * S(back)))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
@@ -2061,9 +2060,9 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
 #define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * S(outputs)) X(V, 3 * S(n) * S(n))
 #define ROLNI_MOTION_JAC_WORK(S, k) \
     (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
-     ROLN_MAX(ROLNI_CURVATURE_WORK(S, k), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n), S(columns)) \
-                                                                : S(layers) > 0 ? ROLNI_LAYERS_JAC_WORK(S, k) \
-                                                                              : ROLNI_EXP_JAC_WORK(S(n), k)))
+     ROLN_MAX((k) > 1 ? S(curve_2) : S(curve_1), S(cholesky)     ? ROLNI_CHOLESKY_JAC_WORK(S(n), S(cols)) \
+                                                 : S(layers) > 0 ? ROLNI_LAYERS_JAC_WORK(S, k) \
+                                                                 : ROLNI_EXP_JAC_WORK(S(n), k)))
 ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
     const int n = f->n, nn = n * n, outputs = rolni_outputs(f), cossin = rolni_cossin(f);

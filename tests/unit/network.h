@@ -28,8 +28,8 @@ static struct {
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
     int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
-    int columns, outputs, polynomials, hidden_v, wide_v;
-    int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
+    int cols, outputs, polynomials, hidden_v, wide_v, planes_1, planes_2, planes_3, back, back_v;
+    int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2, curve_1, curve_2;
     int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1;
     int stage_1, step_1, dissipation, zdd_jac, midpoint_row, stick_slopes;
 } sz;
@@ -51,11 +51,15 @@ ROLN_FN void set_sizes(const roln_lnn *f)
         if (i > 0) sz.hidden += net->size[i], sz.hidden_v += of_v;
     }
     sz.polynomials = net->degree > 0;
+    sz.back = 2 * sz.polynomials * sz.hidden, sz.back_v = 2 * sz.polynomials * sz.hidden_v;
+    sz.planes_1 = ROLN_MAX(sz.hidden, sz.hidden_v), sz.planes_2 = ROLN_MAX(2 * sz.hidden, sz.hidden_v);
+    sz.planes_3 = ROLN_MAX(3 * sz.hidden, sz.hidden_v);
     sz.wide = even + odd, sz.wide_v = even + odd_v;
-    sz.columns = f->squares > 0 ? f->squares : f->n, sz.outputs = net->size[net->layers];
+    sz.cols = f->squares > 0 ? f->squares : f->n, sz.outputs = net->size[net->layers];
     sz.row_mass = ROLNI_MASS_ROW_WORK(SZ), sz.row_dm = ROLNI_DM_WORK(SZ), sz.row_bwd = ROLNI_ROW_BWD_WORK(SZ, 0, 0);
     sz.row_bwd_0 = ROLNI_ROW_BWD_WORK(SZ, 0, 1), sz.row_bwd_1 = ROLNI_ROW_BWD_WORK(SZ, 1, 1);
     sz.row_bwd_2 = ROLNI_ROW_BWD_WORK(SZ, 2, 1);
+    sz.curve_1 = ROLNI_CURVATURE_WORK(SZ, 1), sz.curve_2 = ROLNI_CURVATURE_WORK(SZ, 2);
     sz.row_jac_1 = ROLNI_MOTION_JAC_WORK(SZ, 1), sz.row_jac_2 = ROLNI_MOTION_JAC_WORK(SZ, 2);
     sz.row_mass_0 = ROLNI_MASS_ONLY_WORK(SZ);
     sz.row_gradient_0 = ROLNI_GRADIENT_ROW_WORK(SZ, 0), sz.row_gradient_1 = ROLNI_GRADIENT_ROW_WORK(SZ, 1);
