@@ -23,7 +23,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans models noise next rope experiments rivals report \
+        sanitize mutants record learn real machines errors control plans models noise next heads rope experiments rivals report \
         plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
@@ -340,6 +340,10 @@ models: build/generate
 # what sensor noise costs: trains four models, a minute each
 noise: build/generate
 	sh tests/experiments/noise.sh
+
+# M and V as networks and as polynomials: 30 models, an hour and a quarter of a core; two at a time with JOBS=2
+heads: build/generate
+	@JOBS=$(JOBS) sh tests/experiments/heads.sh
 
 # whether it pays to choose what to record next: 15 models, an hour and a quarter of a core; two at a time with JOBS=2
 next: build/generate
