@@ -3,8 +3,8 @@
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller and linearisation, of a chart in closed form, of SPD
    maps and distances, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
-   stopped, and of a machine that turns round and rubs, with its feedback, plans, the ticks of its one motor and a filter. Before
-   the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   stopped, of a machine that turns round and rubs, with its feedback, plans, the ticks of its one motor and a filter, and of
+   polynomials. Before the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -53,6 +53,16 @@
 #define ROLN_BLOCK 8
 #include "roln.h"
 
+#define ROLN_NAME crane /* polynomials of a slider and a hinge; a mass matrix of squares */
+#define ROLN_AE 2
+#define ROLN_POLYNOMIALS 2, 3
+#define ROLN_MASS squares, 3
+#define ROLN_ANGLES 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_HORIZON 4
+#define ROLN_BLOCK 8
+#include "roln.h"
+
 #include "examples/firmware/text.h"
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
@@ -66,6 +76,7 @@ static union {
     curved_train curved;
     pupil_train pupil;
     wheel_train wheel;
+    crane_train crane;
 } train;
 
 static void add(int n, const roln_real *x)
@@ -429,6 +440,47 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     hash_plan(&p, &limits, &z, h, &scratch.plan);
 }
 
+/* Two of the joints again, with polynomials. */
+static void hash_crane(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+{
+    static roln_real y[SAMPLES * 2], yd[SAMPLES * 2];
+    static crane_params p;
+    static crane_optimiser o;
+    static crane_gradient g;
+    static crane_start init;
+    static union {
+        crane_work work;
+        crane_linear_work linear;
+    } scratch;
+    static const roln_loss weights = ROLN_ODE_WEIGHTS;
+    const roln_opt opt = {{0, ROLN_C(0.005), 0}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    roln_batch b = {BATCH, H, 1, NULL, y, yd, NULL, NULL};
+    crane_state x;
+    crane_latent z, next;
+    crane_jacobian j;
+    roln_real qbar[2];
+    int start[BATCH], k, i;
+    for (k = 0; k < SAMPLES; k++)
+        for (i = 0; i < 2; i++) y[2 * k + i] = q[6 * k + i], yd[2 * k + i] = qd[6 * k + i];
+    must(crane_init_pod(&p, SAMPLES, y, yd, qbar, s, &init.init_pod), "crane: init");
+    b.start = start;
+    for (k = 0; k < 20; k++) {
+        for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
+        memset(&g, 0, sizeof g);
+        must(crane_grad(&p, &weights, &b, h / 8, &g, &train.crane.grad), "crane: grad");
+        must(crane_update(&p, &opt, &o, &g, &train.crane.update), "crane: update");
+    }
+    add(crane_theta_size, p.theta);
+    memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
+    must(crane_encode(&p, &x, &z, &scratch.work.encode), "crane: encode");
+    for (k = 0; k < 100; k++) {
+        next = z;
+        must(crane_linear(&p, &next, y + 2 * k, h / 8, &j, &scratch.linear), "crane: linear");
+        must(crane_step(&p, &z, y + 2 * k, h / 8, &scratch.work.step), "crane: step");
+        add(2, z.z), add(2, z.zd), add(2, next.z), add(16, j.A), add(8, j.B);
+    }
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qdd[SAMPLES * 6], qbar[6];
@@ -481,6 +533,7 @@ int main(void)
     hash_system(&s);
     hash_newton(q, qd, qdd, h, &s);
     hash_wheel(q, qd, h, &s);
+    hash_crane(q, qd, h, &s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
     put_hex(hash, 16);
     put_text("\n");

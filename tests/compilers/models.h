@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* models.h - a large model, a small one, one with every option, one with the Cholesky head, charts, stored ones: what warnings.sh
-   and symbols.sh compile. */
+/* models.h - a large model, a small one, one with every option, one with the Cholesky head, polynomials, charts, stored ones: what
+   warnings.sh and symbols.sh compile. */
 #ifndef MODELS_H
 #define MODELS_H
 
@@ -32,6 +32,16 @@
 #define ROLN_AE 4
 #define ROLN_MLP 16, 16
 #define ROLN_MASS cholesky
+#define ROLN_GN_ROWS 50
+#include "roln.h"
+
+#define ROLN_NAME crane
+#define ROLN_AE 3
+#define ROLN_POLYNOMIALS 2, 4
+#define ROLN_MASS squares, 5
+#define ROLN_ANGLES 0, 1, 1
+#define ROLN_DAMPING 1
+#define ROLN_PLAN 10, 2
 #define ROLN_GN_ROWS 50
 #include "roln.h"
 
