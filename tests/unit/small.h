@@ -109,7 +109,7 @@ ROLN_FN void calm(const roln_mlp *f, roln_real *W)
 {
     int i;
     for (i = 0; f->degree > 0 && i < f->size[1] * f->size[2]; i++)
-        W[i] /= i % f->size[1] < f->size[0] ? 4 : 16;
+        W[i] /= i % f->size[1] < f->size[0] ? 2 : 16;
 }
 
 /* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD. */
