@@ -137,7 +137,8 @@
        NAME_update      one step of Riemannian Adam
        NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
        NAME_newton_ridge   ... of polynomials: a ridge on their coefficients
-       NAME_scale_row   ... of polynomials: a row that holds the scale of M
+       NAME_scale_of    ... the scale of M
+       NAME_scale_row   ... and a row that holds it
        NAME_newton_rows Riemannian Gauss-Newton: rows become tangents
        NAME_newton_normal_equations  ... the sums of their products
        NAME_newton_step ... the step, and where it ends
@@ -2080,6 +2081,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
     flags += 4096 * (f->friction & 1) + 8192 * (f->friction & 2) + 8192 * md->own; /* damping 2 is bit 3, friction 2 bit 14 */
     flags += 16 * md->actuator;                                                    /* bits 4, 5 */
+    flags += 32768 * (f->mass_net.degree > 0);
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2302,18 +2304,17 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "damping", "inputs", "stored", "twice", "angles",
-                                         "friction", "own", "format", "actuator", "driven", "squares"};
+                                         "friction", "own", "format", "actuator", "driven"};
     static const char *const unit[] = {"common", "each"}, *const actuator[] = {"torque", "current", "servo"};
-    static const char *const degrees[] = {"degree_m", "degree_v"};
+    static const char *const degrees[] = {"degree_m", "degree_v"}, *const heads[] = {"cholesky", "squares"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    const int degree[2] = {f->mass_net.degree, f->potential_net.degree};
-    int other[15], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
+    const int degree[2] = {f->mass_net.degree, f->potential_net.degree}, head[2] = {f->mass, f->squares};
+    int other[14], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->damping;
     other[5] = md->inputs, other[6] = stored, other[7] = twice, other[8] = ROLNI_AS(int, f->angles);
     other[9] = f->friction, other[10] = md->own, other[11] = rolni_format(md), other[12] = md->actuator, other[13] = f->driven;
-    other[14] = f->squares;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     for (l = 0; l < f->layers; l++)
@@ -2323,8 +2324,8 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     else rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
     rolni_write_need(t, "INTEGRATOR", 1, others, scheme, other);
     rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
-    if (f->squares > 0) rolni_write_need(t, "MASS_squares", 1, others + 14, NULL, other + 14);
-    else rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
+    if (f->squares > 0) rolni_write_need(t, "MASS_squares", 1, heads + 1, NULL, head + 1);
+    else rolni_write_need(t, "MASS", degree[0] > 0 ? 2 : 1, heads, mass, head); /* squares are cholesky, too, and of format 5 */
     rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
     rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, kind);
     rolni_write_need(t, "DAMPING", 1, others + 4, NULL, other + 4);
@@ -2805,6 +2806,7 @@ ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
                                                    : ROLN_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
 ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLN_(degree) == 0 || ROLN_(n) < ROLN_(outer))
 ROLNI_ASSERT(squares_need_a_number_of_columns_n_at_least, ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) == 0 || ROLN_(squares) >= ROLN_(n))
+ROLNI_ASSERT(squares_need_fewer_than_65536_columns, ROLN_(squares) < 65536)
 ROLNI_ASSERT(mass_takes_one_number_with_squares_else_none,
              ROLNI_AT(2, ROLN_MASS) == 0 && (ROLNI_SQUARES(ROLNI_AT(0, ROLN_MASS)) > 0 || ROLN_(squares) == 0))
 ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLN_(cholesky) || (ROLN_(layers) == 0 && !(ROLN_BASE)))
@@ -2813,6 +2815,8 @@ ROLNI_ASSERT(spd_layers_4_at_most, (ROLN_(L1) == 0 || ROLN_(L0) > 0) && (ROLN_(L
 ROLNI_ASSERT(polynomials_need_two_degrees_2_to_8,
              ROLN_(polynomials) == 0 || (ROLN_(degree_m) >= 2 && ROLN_(degree_m) <= ROLN_DEGREE_MAX && ROLN_(degree_v) >= 2 &&
                                          ROLN_(degree_v) <= ROLN_DEGREE_MAX && ROLNI_AT(2, ROLN_POLYNOMIALS) == 0))
+ROLNI_ASSERT(polynomials_take_no_base_nor_layers, ROLN_(polynomials) == 0 || (ROLN_(layers) == 0 && !(ROLN_BASE)))
+ROLNI_ASSERT(polynomials_take_64_inputs_at_most, ROLN_(polynomials) == 0 || ROLN_(into) <= ROLN_VARIABLES_MAX)
 ROLNI_ASSERT(polynomials_are_fewer_than_65536,
              ROLN_MONOMIALS(ROLNI_AS(int64_t, ROLN_(into)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLN_(polynomials) > 0 ||
@@ -6807,48 +6811,71 @@ ROLNI_INTS
     ROLN_(newton_blocks) = ROLN_(blocks) - ROLN_(newton_first)
 ROLNI_INTS_END;
 
-/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data, whose inputs are in [-1, 1].
-   For each coefficient of M and R it is ridge times the square of its polynomial at (reach, .., reach), for one of V that of the
-   slope there along (1, .., 1); 0 for constants, for terms of degree 1, and for all else. Cosines and sines of angles stay in
-   [-1, 1]: for them reach is 1. */
+/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data. reach: somewhat more than
+   the largest |z_i| of these. For each coefficient of M and R it is ridge times the square of its polynomial at (reach, .., reach),
+   for one of V that of the slope there along (1, .., 1), 1 / eps^2 at most; 0 for constants, terms of degree 1, and all else.
+   Cosines and sines of angles stay in [-1, 1]: for them reach is 1. On the stack two numbers for each polynomial. */
 ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[ROLN_AT_LEAST(ROLN_(newton_size))])
 {
     enum { ROLNI_IN = ROLN_(into) };
     const roln_lnn *f = &ROLN_(model).lnn;
-    const roln_mlp *const net[3] = {&f->mass_net, &f->potential_net, &f->damper_net};
-    const int at[3] = {0, rolni_potential_at(f), rolni_damper_at(f)};
-    roln_real z[ROLNI_IN], one[ROLNI_IN], p[ROLN_MAX(ROLN_(H1_m), ROLN_(H1_v))], slope[ROLN_MAX(ROLN_(H1_m), ROLN_(H1_v))];
+    const rolni_nets all = rolni_nets_of(f);
+    roln_real z[ROLNI_IN], one[ROLNI_IN], p[ROLN_(planes_1)], slope[ROLN_(planes_1)];
     int k, i, h;
     for (i = 0; i < ROLNI_IN; i++)
         z[i] = i >= f->n || roln_lnn_angle(f, i) ? 1 : reach, one[i] = 1;
     rolni_zero(ROLN_(newton_size), w);
-    for (k = 0; k < (f->damping ? 3 : 2) && ROLN_(polynomials) > 0; k++) {
+    for (k = 0; k < all.count && ROLN_(polynomials) > 0; k++) {
+        const roln_mlp *const net = all.net[k];
         const roln_real *const of = k == 1 ? slope : p;
-        rolni_polynomials(ROLNI_IN, net[k]->degree, 1, z, 0, p, 0);
-        rolni_polynomials_along(ROLNI_IN, net[k]->degree, z, p, one, slope);
-        for (i = 0; i < net[k]->size[2]; i++)
-            for (h = 0; h < net[k]->size[1] - ROLNI_IN; h++)
-                w[ROLN_(ae_size) - ROLN_(newton_from) + at[k] + i * net[k]->size[1] + ROLNI_IN + h] = ridge * of[h] * of[h];
+        rolni_polynomials(ROLNI_IN, net->degree, 1, z, 0, p, 0);
+        rolni_polynomials_along(ROLNI_IN, net->degree, z, p, one, slope);
+        for (i = 0; i < net->size[2]; i++)
+            for (h = 0; h < net->size[1] - ROLNI_IN; h++) {
+                const roln_real x = ridge * of[h] * of[h], most = 1 / (ROLN_EPS * ROLN_EPS);
+                w[ROLN_(ae_size) - ROLN_(newton_from) + all.at[k] + i * net->size[1] + ROLNI_IN + h] = x < most ? x : most;
+            }
     }
 }
 
-/* Row `at` of g holds the scale of M, V and R, which motion without forces leaves free and a ridge would shrink: weight times the
-   mean logarithm of M, by its constants alone, is to be 0. For polynomials. */
-ROLN_FN void ROLN_(scale_row)(const ROLN_(params) *p, roln_real weight, int at, ROLN_(residuals) *g)
+/* The constants of the mass network [count]: of L, or of the diagonal of U. */
+ROLN_FN int ROLNI_(constants)(int *from)
 {
     const roln_lnn *f = &ROLN_(model).lnn;
-    const int outputs = rolni_outputs(f), from = ROLN_(ae_size) + rolni_potential_at(f) - outputs;
-    const int root = f->mass == ROLN_CHOLESKY, count = root ? outputs : f->n;
-    const roln_real *const b = p->theta + from;
-    const roln_real square = roln_dot(outputs, b, b) / ROLNI_AS(roln_real, f->n);
-    roln_real *const row = g->J + ROLNI_AS(size_t, at) * ROLN_(newton_size), mean = root ? roln_log(square) : 0;
-    int i;
+    *from = ROLN_(ae_size) + rolni_potential_at(f) - rolni_outputs(f);
+    return f->mass == ROLN_CHOLESKY ? rolni_outputs(f) : f->n;
+}
+
+/* The scale of M by these constants alone, for polynomials: the logarithm of the mean eigenvalue of L L^T, or the mean one of U. */
+ROLN_FN roln_real ROLN_(scale_of)(const ROLN_(params) *p)
+{
+    const roln_real n = ROLNI_AS(roln_real, ROLN_(n));
+    int from, i;
+    const int count = ROLNI_(constants)(&from);
+    roln_real sum = 0;
+    for (i = from; i < from + count; i++)
+        sum += ROLN_(cholesky) ? p->theta[i] * p->theta[i] : p->theta[i];
+    return ROLN_(cholesky) ? roln_log(sum / n) : sum / n;
+}
+
+/* Row `at` of g: the scale of M is to be `hold`, times weight. Motion without forces leaves a common factor of M, V and R free,
+   which a ridge would make ever smaller. ROLN_E_LENGTH: there is no such row; ROLN_E_NOT_FINITE: M has no scale. g is then as it
+   was. */
+ROLN_FN roln_status ROLN_(scale_row)(const ROLN_(params) *p, roln_real hold, roln_real weight, int at, ROLN_(residuals) *g)
+{
+    const roln_real scale = ROLN_(scale_of)(p), n = ROLNI_AS(roln_real, ROLN_(n));
+    int from, i;
+    const int count = ROLNI_(constants)(&from);
+    const roln_real each = ROLN_(cholesky) ? 2 / (n * roln_exp(scale)) : 1 / n;
+    roln_real *row;
+    if (at < 0 || at >= ROLN_GN_ROWS) return ROLN_E_LENGTH;
+    if (!roln_finite(scale) || !roln_finite(each)) return ROLN_E_NOT_FINITE;
+    row = g->J + ROLNI_AS(size_t, at) * ROLN_(newton_size);
     rolni_zero(ROLN_(newton_size), row);
-    for (i = 0; i < count; i++) {
-        row[from - ROLN_(newton_from) + i] = weight * (root ? 2 * b[i] / square : 1) / ROLNI_AS(roln_real, f->n);
-        if (!root) mean += b[i] / ROLNI_AS(roln_real, f->n);
-    }
-    g->r[at] = -weight * mean;
+    for (i = from; i < from + count; i++)
+        row[i - ROLN_(newton_from)] = weight * each * (ROLN_(cholesky) ? p->theta[i] : 1);
+    g->r[at] = weight * (hold - scale);
+    return ROLN_OK;
 }
 
 /* scratch of NAME_rows */

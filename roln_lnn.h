@@ -152,7 +152,8 @@ ROLN_FN const roln_real *rolni_plane_input(const roln_mlp *f, const roln_mlp_pla
 
 /* Backward. plane [planes] in, plane 0 the value; may be NULL where planes = 1 and gtheta is NULL. slope of the value,
    gy [planes][nb][out] in; adds to gx [planes][nb][in] and gtheta (each may be NULL). work: the cotangents of two
-   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1); of polynomials 4 hidden more, behind these. */
+   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1); of polynomials 2 hidden more, behind these, with
+   planes > 1 4 hidden. */
 #define ROLN_MLP_BWD_WORK(planes, nb, wide) ((planes) * (nb) * (wide))
 ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_mlp_plane *plane,
                           const roln_real *slope, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
@@ -211,7 +212,7 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real
 
 /* Backward of the value alone, which keeps what it passes: from gy [nb][out] in the cotangents ga of what each softplus takes, out,
    which lie as `out` of roln_mlp_forward does, on plane 0 of `planes`, and gx [nb][in] out. The same bits as roln_mlp_bwd. Of
-   polynomials ga are their cotangents. work [4 hidden] of polynomials, else not used. */
+   polynomials ga are their cotangents. work [2 hidden] of polynomials, else not used. */
 ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_real *slope,
                                const roln_real *gy, roln_real *ga, roln_real *gx, roln_real *work)
 {
@@ -251,6 +252,7 @@ ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, cons
 /* roln_mlp_hessian of polynomials. */
 #define ROLNI_POLYNOMIALS_HESSIAN_MEM(X, k, in, hidden) \
     X(e, in) X(h, in) X(yj, hidden) X(yv, ((k) > 1) * (hidden)) X(y2, ((k) > 1) * (hidden))
+#define ROLN_POLYNOMIALS_HESSIAN_WORK(k, in, hidden) (0 ROLNI_POLYNOMIALS_HESSIAN_MEM(ROLNI_SIZE, k, in, hidden) + 4 * (hidden))
 ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real *W, const roln_real *slope,
                                        const roln_mlp_plane *ga, const roln_mlp_plane *along, const roln_real *x, roln_real *y,
                                        roln_real *H, roln_real *work)
@@ -290,8 +292,9 @@ ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real
    x [m][in] in: D x[j], with `along` behind them D^2 x[v, j], [2][m][in]; NULL: the unit vectors, m = in. y [m][out] or [2][m][out]
    out, NULL: not wanted. Adds to H [m][m] the second derivatives of gy^T f, if D^2 x = 0,
        H_jk += sum_i (1 - s_i) ga_i a_ji a_ki   over all hidden layers, of which there is one at least,
-   where the plane ga holds the cotangents of roln_mlp_gradient for gy. Behind c, row and sums, work holds a of two layers. */
-#define ROLN_MLP_HESSIAN_MEM(X, m, wide) X(c, wide) X(row, wide) X(sums, m) /* more than 4 hidden of polynomials */
+   where the plane ga holds the cotangents of roln_mlp_gradient for gy. Behind c, row and sums, work holds a of two layers. Of
+   polynomials it is ROLN_POLYNOMIALS_HESSIAN_WORK, k = 2 with `along`, else 1. */
+#define ROLN_MLP_HESSIAN_MEM(X, m, wide) X(c, wide) X(row, wide) X(sums, m)
 #define ROLN_MLP_HESSIAN_WORK(planes, m, wide) (0 ROLN_MLP_HESSIAN_MEM(ROLNI_SIZE, m, wide) + (planes) * (wide))
 ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, const roln_real *slope, const roln_mlp_plane *ga,
                               const roln_mlp_plane *along, const roln_real *x, roln_real *y, roln_real *H, roln_real *work)
@@ -342,7 +345,7 @@ ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, 
 }
 
 /* Random weights: xavier-normal, gain sqrt 2 in hidden layers, `out` in the output layer, biases 0. Those of polynomials are small,
-   with a deviation of 1e-3. */
+   with a deviation of 1e-3 and without gain. */
 ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, uint64_t *seed)
 {
     int l, i;
@@ -440,6 +443,17 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return rolni_layer_at(f, f->layers);
 }
 
+/* Columns of L, and outputs of the mass network. */
+ROLN_FN int rolni_columns(const roln_lnn *f)
+{
+    return f->squares > 0 ? f->squares : f->n;
+}
+
+ROLN_FN int rolni_outputs(const roln_lnn *f)
+{
+    return f->squares > 0 ? f->n * f->squares : ROLN_TRI(f->n);
+}
+
 /* Random networks with small outputs, so that M is near I (and P = I), R near 0, W of drag near I / 4. Friction starts with
    c = v = e^-2, s = l = e^-4, w = e^-1, a = 0. SPD layers start as the identity: W = 1, B = I. */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
@@ -451,7 +465,7 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     roln_mlp_init(&f->mass_net, ROLN_C(0.1), theta, seed);
     if (f->mass == ROLN_CHOLESKY)
         for (i = 0; i < n; i++) /* L = I */
-            theta[rolni_potential_at(f) - f->mass_net.size[f->mass_net.layers] + i * (f->squares > 0 ? f->squares + 1 : 1)] = 1;
+            theta[rolni_potential_at(f) - rolni_outputs(f) + i * (f->squares + 1)] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
     for (i = 0; f->damping > 1 && i < n; i++) /* drag is cubic in W: it would not be learned from 0 */
@@ -468,16 +482,31 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     }
 }
 
+/* The networks of f and where their weights begin, the first `count` of which it has: of M, V and R. */
+typedef struct {
+    const roln_mlp *net[3];
+    int at[3], count;
+} rolni_nets;
+
+ROLN_FN rolni_nets rolni_nets_of(const roln_lnn *f)
+{
+    rolni_nets all;
+    all.net[0] = &f->mass_net, all.net[1] = &f->potential_net, all.net[2] = &f->damper_net;
+    all.at[0] = 0, all.at[1] = rolni_potential_at(f), all.at[2] = rolni_damper_at(f);
+    all.count = 2 + (f->damping > 0);
+    return all;
+}
+
 /* Networks of factor z in place of z, without angles: the weights of their first layers times factor. Random networks of
    roln_lnn_init suit z of order one; behind a chart, where |z| <= 1 and about a half, they are next to linear, and training would
    first have to make them steeper. Polynomials stay as they are. */
 ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
 {
-    roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
+    const rolni_nets all = rolni_nets_of(f);
     int k, i;
-    for (k = 0; k < 2 + (f->damping > 0) && f->mass_net.degree == 0; k++)
+    for (k = 0; k < all.count && f->mass_net.degree == 0; k++)
         for (i = 0; i < f->n * f->mass_net.size[1]; i++)
-            nets[k][i] *= factor;
+            theta[all.at[k] + i] *= factor;
 }
 
 /* Ignorable (cyclic) coordinates z_j: M, V and R do not depend on them, as on the angle about a vertical first axis. In all
@@ -485,31 +514,27 @@ ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *th
    by z_j are exactly 0, and (M zd)_j is conserved where no force and no friction acts on it. Training keeps these weights: the
    gradient by weights of an input that a network does not see is 0. Random weights are not 0. */
 
-/* Nonzero if a hidden polynomial depends on input i. */
-ROLN_FN int rolni_depends(const roln_mlp *f, int hidden, int i)
-{
-    return hidden < f->size[0] ? hidden == i : rolni_polynomial_has(f->size[0], f->degree, hidden - f->size[0], i);
-}
-
 /* Nonzero if all weights of input i of the first layer are 0, or of the polynomials that depend on it. */
 ROLN_FN int rolni_unseen(const roln_mlp *f, int i, const roln_real *theta)
 {
-    const int rows = f->degree > 0 ? f->size[1] : 1, cols = f->degree > 0 ? f->size[2] : f->size[1];
-    const roln_real *const w = f->degree > 0 ? theta : theta + i * cols;
+    const int out = f->degree > 0 ? f->size[2] : f->size[1], terms = f->degree > 0 ? f->size[1] : 1;
+    const roln_real *const w = f->degree > 0 ? theta : theta + i * out;
+    rolni_powers t = rolni_first_powers();
     int h, k;
-    for (h = 0; h < rows; h++)
-        for (k = 0; k < cols && (rows == 1 || rolni_depends(f, h, i)); k++)
-            if (w[k * rows + h] != 0) return 0;
+    for (h = 0; h < terms; h++, rolni_next_powers(f->size[0], &t))
+        for (k = 0; k < out && (f->degree == 0 || t.power[i] > 0); k++)
+            if (w[k * terms + h] != 0) return 0;
     return 1;
 }
 
-/* What belongs to input i in theta, or in its gradient, becomes 0. */
+/* These weights, or their gradient, become 0. */
 ROLN_FN void rolni_unsee(const roln_mlp *f, int i, roln_real *theta)
 {
+    rolni_powers t = rolni_first_powers();
     int h, k;
     if (f->degree == 0) rolni_zero(f->size[1], theta + i * f->size[1]);
-    for (h = 0; h < f->size[1] && f->degree > 0; h++)
-        for (k = 0; k < f->size[2] && rolni_depends(f, h, i); k++)
+    for (h = 0; h < f->size[1] && f->degree > 0; h++, rolni_next_powers(f->size[0], &t))
+        for (k = 0; k < f->size[2] && t.power[i] > 0; k++)
             theta[k * f->size[1] + h] = 0;
 }
 
@@ -528,21 +553,6 @@ ROLN_FN int rolni_second_input(const roln_lnn *f, int j)
     for (i = 0; i < j; i++)
         at += roln_lnn_angle(f, i);
     return roln_lnn_angle(f, j) ? at : j;
-}
-
-/* The networks of f and where their weights begin, the first `count` of which it has: of M, V and R. */
-typedef struct {
-    const roln_mlp *net[3];
-    int at[3], count;
-} rolni_nets;
-
-ROLN_FN rolni_nets rolni_nets_of(const roln_lnn *f)
-{
-    rolni_nets all;
-    all.net[0] = &f->mass_net, all.net[1] = &f->potential_net, all.net[2] = &f->damper_net;
-    all.at[0] = 0, all.at[1] = rolni_potential_at(f), all.at[2] = rolni_damper_at(f);
-    all.count = 2 + (f->damping > 0);
-    return all;
 }
 
 /* z_j becomes ignorable, 0 <= j < n. */
@@ -572,17 +582,6 @@ ROLN_FN int rolni_hidden(const roln_lnn *f)
 {
     const int mass = roln_mlp_hidden(&f->mass_net), potential = roln_mlp_hidden(&f->potential_net);
     return ROLN_MAX(mass, potential);
-}
-
-/* Columns of L, and outputs of the mass network. */
-ROLN_FN int rolni_columns(const roln_lnn *f)
-{
-    return f->squares > 0 ? f->squares : f->n;
-}
-
-ROLN_FN int rolni_outputs(const roln_lnn *f)
-{
-    return f->squares > 0 ? f->n * f->squares : ROLN_TRI(f->n);
 }
 
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
@@ -640,7 +639,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(n))                 /* [nb][n]           eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(n))                           /* [nb][n]           e^-l */ \
-    X(Q, (nb) * S(n) * S(cols))                                 /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(Q, (nb) * S(n) * S(cols))                                 /* [nb][n][cols]     X_0 = Q^T e^l Q; Cholesky: L */ \
     X(K, (1 - S(cholesky)) * (nb) * S(n) * S(n))                   /* [nb][n][n]        exp[l_i, l_j] */ \
     X(R, S(base) * (nb) * S(n) * S(n))                             /* [nb][n][n]        X_0^-1 = R^T e^-l R; Q where P = I */ \
     X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
@@ -949,7 +948,7 @@ typedef struct {
     const roln_real *theta;
     const rolni_tape *tape;
     int r;
-    const roln_real *u[2]; /* [tri] each */
+    const roln_real *u[2]; /* [outputs] each */
 } rolni_row;
 
 /* F_t = R U_t R^T of the k directions U_t of U; Cholesky: F_t = L_t. F [k][n][n] out. */
@@ -1222,7 +1221,7 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
     roln_spd_mul(n, t->el + r * n, t->R + r * n * n, x, y, work);
 }
 
-/* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
+/* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][outputs]: the direction in u. M was formed
    before: rolni_form succeeds. */
 #define ROLNI_DM_MEM(X, S) X(F, S(n) * S(cols))
 #define ROLNI_DM_WORK(S) \
@@ -1507,7 +1506,7 @@ ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, in
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = rolni_outputs(f);
+    const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, outputs = rolni_outputs(f);
     const int dirs = w ? 2 : 1;
     rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
     roln_real *rest, *y = rolni_into(f, dirs, nb, &t);
@@ -1535,16 +1534,16 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
         row.theta = theta, row.tape = &t;
         for (r = 0; r < nb; r++) {
             row.r = r;
-            if (cholesky) rolni_of_u(f, t.u + r * tri, t.Q + r * n * rolni_columns(f));
+            if (cholesky) rolni_of_u(f, t.u + r * outputs, t.Q + r * n * rolni_columns(f));
             else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * n : l_row, work)) != ROLN_OK) return st;
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
-            if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
+            if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * outputs, 0, NULL, work);
             rolni_damping(f, &t, r, work);
             if (f->friction > 0 && wanted >= ROLNI_LOSS(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
-    if (wanted >= ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
+    if (wanted >= ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * outputs, pair.q, t.dmv, rest);
     rolni_below(f, 0, dirs, wanted == ROLNI_SECOND, nb, theta, &t, t.u, t.kin, rest);
     return ROLN_OK;
 }
@@ -1839,7 +1838,8 @@ ROLN_FN void rolni_see_all(const roln_lnn *f, int k, const rolni_tape *t, roln_r
 /* Adds to H [n][n] the second derivatives by z of gy^T y, y the potential (gy = 1) or the outputs of the mass network (gy those of
    kin, fixed), on a tape filled with ROLNI_SECOND. u: derivatives of the outputs along x, [k][n][out], NULL: not wanted. */
 #define ROLNI_CURVATURE_WORK(S, k) \
-    (S(polynomials) ? 2 * ROLNI_INPUTS(S) + ROLN_MAX((5 + 2 * ((k) > 1)) * S(hidden), 5 * S(hidden_v)) \
+    (S(polynomials) ? ROLN_MAX(ROLN_POLYNOMIALS_HESSIAN_WORK(k, ROLNI_INPUTS(S), S(hidden)), \
+                               ROLN_POLYNOMIALS_HESSIAN_WORK(1, ROLNI_INPUTS(S), S(hidden_v))) \
                     : ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)))
 ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln_real *theta, const rolni_tape *t,
                              const roln_real *x, roln_real *u, roln_real *H, roln_real *work)
@@ -1867,7 +1867,7 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
 /* What the mass matrix has in the derivatives of the equations of motion, V [3][n][n] and, added to H, the part of the second
    derivatives of T = 1/2 zd^T M zd at fixed zd that the second derivatives of u have not:
        row j of V_0: M_j zd,   with k = 2 row j of V_1: M_j zdd + M_vj zd, and V_2 = M_v,   H_ij += 1/2 zd^T D^2 M[U_i, U_j] zd
-   with M_j, M_v the derivatives along e_j and along v = zd, M_vj the second one along both; u [k][n][tri]: u_j, u_vj.
+   with M_j, M_v the derivatives along e_j and along v = zd, M_vj the second one along both; u [k][n][outputs]: u_j, u_vj.
    M = L L^T + floor I: by the product rule, H_ij = (L_i^T zd)^T (L_j^T zd). */
 #define ROLNI_CHOLESKY_JAC_MEM(X, n, cols) \
     X(b, (n) * (cols)) X(Lv, (n) * (cols)) X(Lj, (n) * (cols)) X(Lvj, (n) * (cols)) X(a, 6 * (cols))
@@ -1875,14 +1875,14 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
 ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, const roln_real *u, roln_real *V, roln_real *H,
                                 roln_real *work)
 {
-    const int n = f->n, nn = n * n, tri = rolni_outputs(f), cols = rolni_columns(f);
+    const int n = f->n, nn = n * n, outputs = rolni_outputs(f), cols = rolni_columns(f);
     const roln_real *L = t->Q;
     int i, j;
     ROLNI_CHOLESKY_JAC_MEM(ROLNI_CARVE, n, cols)
     roln_real *const c = a + cols, *const aj = c + cols, *const cj = aj + cols, *const x = cj + cols, *const y = x + cols;
     roln_mm(1, n, cols, t->zd, L, c); /* L^T zd */
     if (k > 1) {                      /* a = L^T zdd + L_v^T zd */
-        rolni_of_u(f, t->u + tri, Lv);
+        rolni_of_u(f, t->u + outputs, Lv);
         roln_mm(1, n, cols, t->zdd, L, a);
         roln_mm(1, n, cols, t->zd, Lv, x);
         for (i = 0; i < cols; i++)
@@ -1892,7 +1892,7 @@ ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, c
     }
     for (j = 0; j < n; j++) {
         roln_real *const bj = b + j * cols;
-        rolni_of_u(f, u + j * tri, Lj);
+        rolni_of_u(f, u + j * outputs, Lj);
         roln_mm(1, n, cols, t->zd, Lj, bj);
         roln_mm_bt(1, cols, n, c, Lj, x);
         roln_mm_bt(1, cols, n, bj, L, y);
@@ -1904,7 +1904,7 @@ ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, c
             if (i < j) H[i * n + j] += x[i];
         }
         if (k == 1) continue;
-        rolni_of_u(f, u + (n + j) * tri, Lvj);
+        rolni_of_u(f, u + (n + j) * outputs, Lvj);
         roln_mm(1, n, cols, t->zdd, Lj, aj);
         roln_mm(1, n, cols, t->zd, Lvj, cj);
         for (i = 0; i < cols; i++)

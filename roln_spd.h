@@ -2499,24 +2499,31 @@ ROLN_FN void rolni_polynomials_along(int n, int degree, const roln_real *z, cons
     }
 }
 
-/* Nonzero if polynomial f of p depends on z_j. */
-ROLN_FN int rolni_polynomial_has(int n, int degree, int f, int j)
+/* A term and the powers of its variables. The first is z_0 of degree 1. */
+#define ROLN_VARIABLES_MAX 64 /* variables at most */
+typedef struct {
+    int degree;
+    unsigned char power[ROLN_VARIABLES_MAX];
+} rolni_powers;
+
+ROLN_FN rolni_powers rolni_first_powers(void)
 {
-    rolni_walk w = rolni_walk_of(n, degree);
-    int e = degree, i, k;
-    while (e > 2 && f < w.at[e])
-        e--;
-    for (f -= w.at[e];;) { /* number f of those of degree e */
-        w = rolni_walk_of(n, degree);
-        for (i = 0; w.upto[e] <= f; i++)
-            rolni_walk_in(degree, &w);
-        i--, f -= w.upto[e] - w.upto[e - 1];
-        if (i == j) return 1;
-        for (k = 1; k < e && f >= w.upto[e - k] - w.upto[e - k - 1]; k++)
-            f -= w.upto[e - k] - w.upto[e - k - 1];
-        if (k == e) return 0;
-        e -= k;
-    }
+    rolni_powers t;
+    memset(&t, 0, sizeof t);
+    t.degree = t.power[0] = 1;
+    return t;
+}
+
+/* The next term of n variables: of a degree the powers, the last one first, are in lexicographic order. */
+ROLN_FN void rolni_next_powers(int n, rolni_powers *t)
+{
+    unsigned char *const a = t->power;
+    int i = 0, left;
+    while (a[i] == 0)
+        i++;
+    left = i == n - 1 ? ++t->degree : a[i] - 1; /* behind the last one of a degree the first one of the next */
+    if (i < n - 1) a[i + 1]++;
+    a[i] = 0, a[0] = ROLNI_AS(unsigned char, left);
 }
 
 /* pab_f = D^2 p_f(z)[a, b], from z, a, b [n], p(z) and its derivatives pa, pb along a, b. */

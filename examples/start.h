@@ -27,6 +27,7 @@ typedef struct {
     roln_real *theta;
     const roln_real *x, *x_t; /* [START_PLACES][in]: inputs; directions, NULL: values are fitted */
     const roln_real *y;       /* [START_PLACES][out]: values, or derivatives along x_t */
+    int relative;             /* 1: errors are told over the rms of y, which is not a logarithm */
 } start_target;
 
 /* Nonzero if this model can begin at a regression. */
@@ -38,7 +39,7 @@ static int start_possible(void)
 }
 
 /* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: that of
-   derivatives, or the number of values. */
+   y if errors are relative, or the number of values. */
 static double start_gradient(const start_target *t, const int *which, roln_real *room_, roln_real *g, double *norm)
 {
     enum { B = START_BATCH };
@@ -57,14 +58,14 @@ static double start_gradient(const start_target *t, const int *which, roln_real 
     for (*norm = 0, i = 0; i < B * no; i++) {
         const roln_real target = t->y[which[i / no] * no + i % no], off = y[at + i] - target;
         gy[at + i] = 2 * off / B;
-        sum += (double)off * (double)off, *norm += t->x_t ? (double)target * (double)target : 1;
+        sum += (double)off * (double)off, *norm += t->relative ? (double)target * (double)target : 1;
     }
     roln_mlp_bwd(t->net, planes, B, t->theta, plane, slope, gy, NULL, g, out + 2 * B * hidden);
     rolni_unseen_bwd(t->net, t->theta, g);
     return sum;
 }
 
-/* Adam with a rate that falls as a cosine. Returns the rms error in the last hundred batches, of derivatives over their rms. */
+/* Adam with a rate that falls as a cosine. Returns the rms error in the last hundred batches, if relative over that of y. */
 static double start_adam(const start_target *t, int steps, double rate)
 {
     enum { B = START_BATCH };
@@ -110,7 +111,7 @@ static void start_terms(const start_target *t, int k, const roln_real *seen, rol
 }
 
 /* G [out][T + 1]: the products of what the polynomials leave of each value with the terms; with S the sums of the products of
-   terms among themselves. Returns the rms of what is left, of derivatives over their rms. */
+   terms among themselves. Returns the rms of what is left, if relative over that of y. */
 static double start_products(const start_target *t, const roln_real *seen, roln_real *S, double *G)
 {
     enum { SOME = 256 };
@@ -129,7 +130,7 @@ static double start_products(const start_target *t, const roln_real *seen, roln_
             const roln_real *of = p + i / no * side;
             double off;
             o = i % no, off = (double)t->y[(k + i / no) * no + o];
-            norm += t->x_t ? off * off : 1;
+            norm += t->relative ? off * off : 1;
             off -= (double)roln_dot(T, t->theta + o * T, of) + (double)(t->theta[no * T + o] * of[T]);
             sum += off * off;
             for (h = 0; h < side; h++)
@@ -150,7 +151,7 @@ static double start_least_squares(const start_target *t)
     roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)((T + 1) * no), sizeof *seen);
     roln_real *b = room((size_t)side, sizeof *b), *damp = room((size_t)side, sizeof *damp);
     roln_real *scratch = room((size_t)ROLN_SYM_CHOL_WORK(side), sizeof *scratch);
-    double *G = room((size_t)(no * side), sizeof *G), trace = 0, left_ = 0;
+    double *G = room((size_t)(no * side), sizeof *G), trace = 0, left_ = HUGE_VAL;
     roln_status st = ROLN_E_NOT_SPD;
     int turn, o, h, k;
     for (h = 0; h < (T + 1) * no; h++)
@@ -366,17 +367,20 @@ static int start_networks(const regression *r, const regression_source *of, M(pa
     const size_t in = (size_t)f->mass_net.size[0], places = START_PLACES;
     roln_real *x = room(places * in, sizeof *x), *x_t = room(places * in, sizeof *x), *V_t = room(places, sizeof *V_t);
     roln_real *u = room(places * (size_t)f->mass_net.size[f->mass_net.layers], sizeof *u);
-    const start_target mass = {&f->mass_net, p->theta, x, NULL, u};
-    const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t};
+    const start_target mass = {&f->mass_net, p->theta, x, NULL, u, f->mass == ROLN_CHOLESKY};
+    const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t, 1};
     int good;
     good = start_targets(r, of, p, x, x_t, u, V_t);
     if (good) {
-        const double off = start_fit(&mass, START_MASS, 5e-3), off_M = f->mass == ROLN_CHOLESKY ? 2 * off : off; /* relative */
+        const double off = start_fit(&mass, START_MASS, 5e-3), off_M = f->mass == ROLN_CHOLESKY ? 2 * off : off; /* M is L L^T */
         const double off_V = start_fit(&potential, START_POTENTIAL, 1e-2);
+        good = off_M < HUGE_VAL && off_V < HUGE_VAL;
         start_friction(r, p);
-        printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
-               100 * off_V, r->unit * (double)p->scale.m);
-    } else printf("networks do not begin at the regression: its M has no logarithm or root\n");
+        if (good)
+            printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
+                   100 * off_V, r->unit * (double)p->scale.m);
+    }
+    if (!good) printf("networks do not begin at the regression: its M has no logarithm or root\n");
     free(x), free(x_t), free(V_t), free(u);
     return good;
 }

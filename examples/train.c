@@ -76,7 +76,7 @@ static struct {
     {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
     {"inertia", 0, 0, 1e15, 0, "torque=1: unit of inertia of the networks, as of another training; 0: found in the recordings"},
-    {"ridge", 0.02, 0, 1e6, 0, "ROLN_POLYNOMIALS: keeps them from growing beyond the data; over what rows leave"},
+    {"ridge", 0.02, 0, 1e6, 0, "ROLN_POLYNOMIALS: keeps coefficients small, in parts of the residuals"},
     {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean), with ROLN_SCALE each of each joint"},
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"next", 0, 0, 200, 1, "OUT_next.csv: so many recordings that would tell most beside these; takes a tenth of seconds="},
@@ -278,10 +278,9 @@ enum {
 };
 typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
 
-/* Polynomials: how far they are kept from growing, where inputs of data are in [-1, 1]; weight of the row that holds the scale of M
-   and V, which is free without forces. */
+/* Polynomials: weight of the row that holds the scale of M and V, which is free without forces. */
 enum { POLYNOMIALS = (int)M(polynomials), HOLD = 10 };
-#define REACH ROLN_C(1.3)
+typedef char polynomials_of_so_many_weights_have_no_ridge[!POLYNOMIALS || (int)M(newton_size) <= 8 * ROWS ? 1 : -1];
 
 /* All that a training is. */
 static struct {
@@ -297,6 +296,7 @@ static struct {
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
+    roln_real scale, reach;           /* of polynomials: of M at first; how far they are kept from growing, 0: not yet known */
     roln_real qbar[M(N)];
     M(params) p, best;
     M(optimiser) optimiser;
@@ -726,6 +726,20 @@ static int windows_begin(void)
     return s.step >= windows_from() || (set("seconds") > 0 && agreed(left() < granted / 2));
 }
 
+/* 1.3 times the largest |z| of what is trained with, at least 1.3. */
+static roln_real reach_of_data(void)
+{
+    static M(work) scratch;
+    static M(params) p;
+    roln_real most = 1;
+    int i;
+    p = s.p;
+    if (M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK) return ROLN_C(1.3);
+    for (i = 0; i < (int)M(n); i++)
+        most = ROLN_MAX(most, ROLN_MAX(p.z_max[i], -p.z_min[i]));
+    return ROLN_C(1.3) * most;
+}
+
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
    is done. */
 static const char *newton_step(rows *f)
@@ -742,12 +756,15 @@ static const char *newton_step(rows *f)
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if (!draw(f, s.window_weight > 0 ? WINDOWS : 0)) continue;
-        if (POLYNOMIALS && !(set("torque") > 0)) M(scale_row)(&s.p, HOLD, PARTS * PART - 1, &residuals);
+        if (POLYNOMIALS && !(set("torque") > 0) &&
+            M(scale_row)(&s.p, s.scale, HOLD, PARTS * PART - 1, &residuals) != ROLN_OK)
+            return "the mass matrix has become 0";
         if (M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton) == ROLN_OK) break;
     }
     if (tries == DRAWS)
         return "residuals of training samples overflow; possible cause: a wild sample, force= or a unit far too large";
-    if (POLYNOMIALS) M(newton_ridge)((roln_real)set("ridge") * s.newton.state.loss, REACH, ridge), opt.ridge = ridge;
+    if (POLYNOMIALS && !(s.reach > 0)) s.reach = reach_of_data();
+    if (POLYNOMIALS) M(newton_ridge)((roln_real)set("ridge") * s.newton.state.loss, s.reach, ridge), opt.ridge = ridge;
     share((int)set("threads"), sum, &opt), gather_sums();
     f->p = &s.newton.next, f->again = 1;
     for (tries = 0; tries < TRIES; tries++) {
@@ -1129,7 +1146,7 @@ static void run(void)
     last = s.stage, window_count = longer.count, granted = left();
     if (s.stage == NEWTON) weigh_forces(set("force"));
     if (s.next == 0) {
-        s.newton.state = fresh(), s.memory = 8;
+        s.newton.state = fresh(), s.memory = 8, s.scale = M(scale_of)(&s.p);
         printf("%s\n", stage_names[s.stage]), tell_short(&longer);
     }
     while (s.next == 0 || !(done(updates) || halting())) {

@@ -482,17 +482,21 @@ static void check_ridges(void)
         roln_real r, there; \
         int i_; \
         fill(name##_theta_size, 1, &s_, p.theta), fill(name##_newton_size, 1, &s_, g.J + 2 * name##_newton_size); \
-        name##_scale_row(&p, 3, 2, &g), r = g.r[2]; \
+        CHECK_OK(name##_scale_row(&p, ROLN_C(0.5), 3, 2, &g)), r = g.r[2]; \
+        CHECK_NEAR((double)r, 3 * (0.5 - (double)name##_scale_of(&p)), 40 * (double)ROLN_EPS); \
+        CHECK(name##_scale_row(&p, 0, 3, -1, &g) == ROLN_E_LENGTH && name##_scale_row(&p, 0, 3, 40, &g) == ROLN_E_LENGTH); \
         for (i_ = 0; i_ < name##_newton_size; i_++) { \
             const roln_real h = ROLN_SQRT(ROLN_EPS), kept = p.theta[i_], row = g.J[2 * name##_newton_size + i_]; \
-            p.theta[i_] = kept + h, name##_scale_row(&p, 3, 3, &g), there = g.r[3], p.theta[i_] = kept; \
+            p.theta[i_] = kept + h, (void)name##_scale_row(&p, ROLN_C(0.5), 3, 3, &g), there = g.r[3], p.theta[i_] = kept; \
             CHECK_NEAR((double)(r - there), (double)(h * row), 40 * (double)ROLN_EPS); \
             CHECK((i_ >= from - outputs && i_ < from) || (row <= 0 && row >= 0)); \
         } \
         if (name##_model.lnn.mass == ROLN_CHOLESKY) { \
             for (i_ = name##_ae_size; i_ < name##_theta_size; i_++) p.theta[i_] *= ROLN_C(1.5); \
-            name##_scale_row(&p, 3, 3, &g); \
+            CHECK_OK(name##_scale_row(&p, ROLN_C(0.5), 3, 3, &g)); \
             CHECK_NEAR((double)(g.r[3] - r), -6 * log(1.5), 40 * (double)ROLN_EPS); \
+            rolni_zero(name##_theta_size, p.theta), memset(g.r, 0, sizeof g.r); \
+            CHECK(name##_scale_row(&p, 0, 3, 3, &g) == ROLN_E_NOT_FINITE && g.r[3] <= 0 && g.r[3] >= 0); \
         } \
     } while (0)
 

@@ -109,7 +109,7 @@ static void check_head(const package *p, int bits)
     CHECK(p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
     want[c++] = md->scheme, want[c++] = md->inputs;
     want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree + 8192 * md->own +
-                (f->friction == 1 ? 4096 : f->friction == 2 ? 16384 : 0);
+                (f->friction == 1 ? 4096 : f->friction == 2 ? 16384 : 0) + (f->mass_net.degree > 0 ? 32768 : 0);
     want[c++] = md->ae.layers, want[c++] = f->mass_net.layers, want[c++] = f->layers, want[c++] = f->n;
     for (i = 0; i <= md->ae.layers; i++)
         want[c++] = md->ae.size[i];
@@ -398,10 +398,13 @@ static void test_write(void)
    are the compiler's complaints. */
 #define ENUMERATORS(X, of, networks, mass) \
     X(of, N) X(of, N1) X(of, N2) X(of, N3) X(of, N4) X(of, N5) X(of, N6) X(of, N7) X(of, N8) networks(X, of) \
-    X(of, scheme) X(of, degree) X(of, mass) X(of, base) X(of, L0) X(of, L1) X(of, L2) X(of, L3) \
+    X(of, scheme) X(of, degree) mass(X, of) X(of, base) X(of, L0) X(of, L1) X(of, L2) X(of, L3) \
     X(of, damping) X(of, friction) X(of, angles) X(of, own) X(of, inputs) X(of, stored) X(of, twice) X(of, format)
 #define OF_MLP(X, of) X(of, H1) X(of, H2) X(of, H3) X(of, H4) X(of, H5)
 #define OF_POLYNOMIALS(X, of) X(of, degree_m) X(of, degree_v)
+#define OF_CHOLESKY(X, of) X(of, cholesky)
+#define OF_SQUARES(X, of) X(of, squares)
+#define OF_NO_SQUARES(X, of) X(of, cholesky) X(of, squares)
 #define ENUMERATOR(of, name) {#of "_" #name, of##_##name},
 #define OWN_WORDS PICK("DOUBLE_not_defined_0", "DOUBLE_defined_1")
 enum { NEEDS = 15 };
@@ -435,7 +438,7 @@ static void check_needs(const roln_model *md, const char *name, int needed, cons
 
 static void test_needs(void)
 {
-#define NEEDS_OF(of, ...) NEEDS_WITH(of, OF_MLP, cholesky, "FORMAT_3", __VA_ARGS__)
+#define NEEDS_OF(of, ...) NEEDS_WITH(of, OF_MLP, OF_CHOLESKY, "FORMAT_3", __VA_ARGS__)
 #define NEEDS_WITH(of, networks, mass, format, ...) \
     { \
         static const enumerator is[] = {ENUMERATORS(ENUMERATOR, of, networks, mass)}; \
@@ -456,10 +459,10 @@ static void test_needs(void)
              "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "QUANTISE_full")
     NEEDS_OF(wheel, "AE_3", "MLP_4_5", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1",
              "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "QUANTISE_full")
-    NEEDS_WITH(bowl, OF_POLYNOMIALS, squares, "FORMAT_5", "AE_5_2", "POLYNOMIALS_2_3", "INTEGRATOR_rk4", "CHART_polynomial_2",
+    NEEDS_WITH(bowl, OF_POLYNOMIALS, OF_SQUARES, "FORMAT_5", "AE_5_2", "POLYNOMIALS_2_3", "INTEGRATOR_rk4", "CHART_polynomial_2",
                "MASS_squares_3", "BASE_0", "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0",
                "QUANTISE_full")
-    NEEDS_WITH(gantry, OF_POLYNOMIALS, cholesky, "FORMAT_5", "AE_2", "POLYNOMIALS_2_2", "INTEGRATOR_rk4", "CHART_none_0",
+    NEEDS_WITH(gantry, OF_POLYNOMIALS, OF_NO_SQUARES, "FORMAT_5", "AE_2", "POLYNOMIALS_2_2", "INTEGRATOR_rk4", "CHART_none_0",
                "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1", "FRICTION_2", "ANGLES_0_1_bits_2", "SCALE_common", "INPUTS_0",
                "QUANTISE_full")
     CHECK(bowl_H1 == 0 && gantry_H1 == 0); /* they refuse weights of perceptrons */
