@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # heads.sh - M and V as networks and as polynomials: two configs for each system, which differ in nothing else, trained with the
-# trainer's defaults on one core each, JOBS at a time, with seeds 1 to 3. Tables are of other recordings. What is there is not trained
-# again. Run by `make heads`; logs in build/heads.
+# trainer's defaults on one core each, JOBS at a time, with seeds 1 to 3. Tables are of other recordings. What is there is not
+# trained again. Run by `make heads`; logs in build/heads.
 #
 #   heads.sh              all, then the table
 #   heads.sh RUN          one training, such as pend16-193-polynomials-1
