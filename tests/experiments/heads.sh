@@ -69,7 +69,8 @@ printf '%-34s %22s %22s %22s %22s\n' 'E_q, %: mean (each seed)' '25 ms' '1 s' '1
 echo "$rows" | while read -r system count seconds _; do
     for head in networks polynomials; do
         for seed in 1 2 3; do
-            awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2 " " $4 } on && NF == 11 { c = $2 }
+            awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2 " " $4 }
+                on && NF == 11 && $1 ~ /^[0-9]+$/ { c = $2 }
                 END { print a, b, c }' "$dir/$system-$count-$head-$seed.log"
         done | awk -v row="$system, $count, $seconds s, $head" '
             { for (i = 1; i <= 4; i++) { sum[i] += $i / 3; each[i] = each[i] (NR > 1 ? ", " : "") sprintf("%.2g", $i) } }
