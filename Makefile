@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
-# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, next,
+# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, next, heads,
 #                                       experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
 #                                       sizes, count, firmware, pil. make report wants Python with matplotlib

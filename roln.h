@@ -6811,10 +6811,12 @@ ROLNI_INTS
     ROLN_(newton_blocks) = ROLN_(blocks) - ROLN_(newton_first)
 ROLNI_INTS_END;
 
-/* w [NAME_newton_size]: a ridge (roln_newton_opt) that keeps polynomials from growing beyond the data. reach: somewhat more than
-   the largest |z_i| of these. For each coefficient of M and R it is ridge times the square of its polynomial at (reach, .., reach),
-   for one of V that of the slope there along (1, .., 1), 1 / eps^2 at most; 0 for constants, terms of degree 1, and all else.
-   Cosines and sines of angles stay in [-1, 1]: for them reach is 1. On the stack two numbers for each polynomial. */
+/* Writes the weights w [NAME_newton_size] of a ridge for polynomials (roln_newton_opt.ridge). The ridge keeps the polynomials small
+   beyond the data. With p_i polynomial i and x = (reach, .., reach), but 1 for cosines and sines of angles:
+       w_i = ridge p_i(x)^2                      for a coefficient of M or R
+       w_i = ridge (sum_j dp_i/dx_j (x))^2       for a coefficient of V
+   Constants, terms of degree 1 and all other parameters have w_i = 0. No w_i exceeds 1 / eps^2. reach: 1.3 times the largest |z_j|
+   of the data, for example. The function has two numbers on the stack for each polynomial. */
 ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[ROLN_AT_LEAST(ROLN_(newton_size))])
 {
     enum { ROLNI_IN = ROLN_(into) };
@@ -6838,7 +6840,8 @@ ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[R
     }
 }
 
-/* The constants of the mass network [count]: of L, or of the diagonal of U. */
+/* Returns how many constants of the mass network tell the scale of M: those of L, or of the diagonal of U. *from: the first of them
+   in theta. */
 ROLN_FN int ROLNI_(constants)(int *from)
 {
     const roln_lnn *f = &ROLN_(model).lnn;
@@ -6846,7 +6849,8 @@ ROLN_FN int ROLNI_(constants)(int *from)
     return f->mass == ROLN_CHOLESKY ? rolni_outputs(f) : f->n;
 }
 
-/* The scale of M by these constants alone, for polynomials: the logarithm of the mean eigenvalue of L L^T, or the mean one of U. */
+/* The scale of M in a model of polynomials, a logarithm, from the constants b of the mass network alone: log(|b|^2 / n) with
+   cholesky and squares, sum_i b_i / n with the exponential. */
 ROLN_FN roln_real ROLN_(scale_of)(const ROLN_(params) *p)
 {
     const roln_real n = ROLNI_AS(roln_real, ROLN_(n));
@@ -6858,9 +6862,9 @@ ROLN_FN roln_real ROLN_(scale_of)(const ROLN_(params) *p)
     return ROLN_(cholesky) ? roln_log(sum / n) : sum / n;
 }
 
-/* Row `at` of g: the scale of M is to be `hold`, times weight. Motion without forces leaves a common factor of M, V and R free,
-   which a ridge would make ever smaller. ROLN_E_LENGTH: there is no such row; ROLN_E_NOT_FINITE: M has no scale. g is then as it
-   was. */
+/* Writes row `at` of g: residual weight (hold - NAME_scale_of), and its derivative. Motion without forces leaves a common factor of
+   M, V and R free, which a ridge would make ever smaller. This row holds it. ROLN_E_LENGTH: g has no row `at`. ROLN_E_NOT_FINITE:
+   the scale of M is not finite. g is then as it was. */
 ROLN_FN roln_status ROLN_(scale_row)(const ROLN_(params) *p, roln_real hold, roln_real weight, int at, ROLN_(residuals) *g)
 {
     const roln_real scale = ROLN_(scale_of)(p), n = ROLNI_AS(roln_real, ROLN_(n));

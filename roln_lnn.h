@@ -87,8 +87,9 @@ ROLN_FN void rolni_mlp_polynomials(const roln_mlp *f, int value, int planes, int
         }
 }
 
-/* Backward of the polynomials of one sample whose values are y [F], as they lie in slope: from the cotangents gy of y and, along
-   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [2 F], along x [4 F]. */
+/* Backward of the polynomials y [F] of one sample. Adds to gx [n] the cotangent of the inputs. gy [F]: cotangent of y; NULL: 0.
+   yt [F] = Dy[x] are the derivatives along a direction x, and x is their first n numbers; NULL: no direction. gyt [F]: cotangent of
+   yt. Adds to gxt [n] the cotangent of x, unless gxt is NULL. work [2 F], with a direction [4 F]. */
 ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
                                     const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
 {
@@ -249,7 +250,7 @@ ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, cons
         y[i] = c[i] * x[i];
 }
 
-/* roln_mlp_hessian of polynomials. */
+/* roln_mlp_hessian of polynomials: for each direction j the gradient h of gy^T Dy[x_j] by the inputs, H_jk = h . x_k. */
 #define ROLNI_POLYNOMIALS_HESSIAN_MEM(X, k, in, hidden) \
     X(e, in) X(h, in) X(yj, hidden) X(yv, ((k) > 1) * (hidden)) X(y2, ((k) > 1) * (hidden))
 #define ROLN_POLYNOMIALS_HESSIAN_WORK(k, in, hidden) (0 ROLNI_POLYNOMIALS_HESSIAN_MEM(ROLNI_SIZE, k, in, hidden) + 4 * (hidden))

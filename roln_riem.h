@@ -996,8 +996,8 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
    parameter i the row sqrt(w_i) e_i with the residual -sqrt(w_i) x_i,
        A <- .. + diag(w),   G = .. - w x
    They fade like all rows. roln_newton_accept does not count them. w must be finite, not negative, and 0 in blocks that are not
-   Euclidean. Of many more parameters than rows, P > 8 R, the smaller system
-   in the rows is solved, without ridge, and the last step d_old is all that is remembered, mu = beta (Goldshlager et al. 2024):
+   Euclidean. If there are many more parameters than rows, P > 8 R, the smaller system in the rows is solved, without ridge. The
+   last step d_old is then all that is remembered, mu = beta (Goldshlager et al. 2024):
        d = argmin |J d - r|^2 + s |d - mu d_old|^2 = mu d_old + J^T (J J^T + s I)^-1 (r - mu J d_old),   s = lambda tr(J J^T) / P
    A step is taken if along it the change of the rows is foretold better by J d than by no change,
        error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,

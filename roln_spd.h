@@ -2369,7 +2369,8 @@ ROLN_FN rolni_walk rolni_walk_of(int n, int degree)
     return w;
 }
 
-/* Where the terms of degree e begin, and where T_e of the walk's last variable i stands: of degree 1 in z, else in p. */
+/* The index of the first term of degree e, and that of T_e(z_i), i the walk's last variable. Both count in z for e = 1, else in
+   p. */
 ROLNI_INLINE int rolni_first(const rolni_walk *w, int e)
 {
     return e == 1 ? 0 : w->at[e];
@@ -2475,7 +2476,7 @@ ROLN_FN void rolni_polynomials_bwd(int n, int degree, int jets, const roln_real 
         }
 }
 
-/* px_f = Dp_f(z)[x], from z, x [n] and p(z). */
+/* px_f = Dp_f(z)[x], from z, x [n] and p(z). Derivatives in several directions share the values p; jets compute them anew. */
 ROLN_FN void rolni_polynomials_along(int n, int degree, const roln_real *z, const roln_real *p, const roln_real *x, roln_real *px)
 {
     const roln_real *const from[2] = {z, p}, *const along[2] = {x, px};

@@ -143,7 +143,7 @@ static double start_products(const start_target *t, const roln_real *seen, roln_
 
 /* Least squares of polynomials. Cosine and sine of an angle depend on each other, so the normal equations are damped; what they
    leave is solved for again. An output that is 0 everywhere keeps its small random weights: from 0 Gauss-Newton would not learn it.
-   Returns the rms of what is left, of derivatives over their rms. */
+   Returns the rms of what is left, if relative over that of y; HUGE_VAL: the normal equations have no solution. */
 static double start_least_squares(const start_target *t)
 {
     enum { TURNS = 6 };
@@ -355,6 +355,7 @@ static void start_free(motion *m)
     free(m->q), free(m->qd), free(m->qdd), free(m->tau_mid), free(m->first);
 }
 
+/* Polynomials by least squares, perceptrons by so many steps of Adam. Returns the error as these do. */
 static double start_fit(const start_target *t, int steps, double rate)
 {
     return t->net->degree > 0 ? start_least_squares(t) : start_adam(t, steps, rate);
@@ -380,7 +381,7 @@ static int start_networks(const regression *r, const regression_source *of, M(pa
             printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
                    100 * off_V, r->unit * (double)p->scale.m);
     }
-    if (!good) printf("networks do not begin at the regression: its M has no logarithm or root\n");
+    if (!good) printf("networks do not begin at the regression: M has no logarithm or root, or least squares have no solution\n");
     free(x), free(x_t), free(V_t), free(u);
     return good;
 }

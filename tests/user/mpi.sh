@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # The trainer on several processes (mpirun): the weights of 1 to 4 processes, of 1 and 2 threads each, are those of the program
-# without MPI, to the bit: with a regression and windows, with a chart, with Adam; with all recordings in all processes, and with
-# spread=. A process that dies ends the training, and --resume goes on. Mistakes are said once.
+# without MPI, to the bit: with a regression and windows, with a chart and polynomials, with Adam; with all recordings in all
+# processes, and with spread=. A process that dies ends the training, and --resume goes on. Mistakes are said once.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/mpi
 . tests/user/check.sh
@@ -10,8 +10,8 @@ export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
 # two joints with a spring between them; and the same motion, without torques, seen through three joints
 printf '#define ROLN_NAME two\n#define ROLN_AE 2\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/two.h
-printf '#define ROLN_NAME bent\n#define ROLN_AE 3, 2\n#define ROLN_CHART polynomial, 2\n#define ROLN_MLP 8\n#include "roln.h"\n' \
-    > $dir/bent.h
+printf '#define ROLN_NAME bent\n#define ROLN_AE 3, 2\n#define ROLN_CHART polynomial, 2\n' > $dir/bent.h
+printf '#define ROLN_POLYNOMIALS 2, 3\n#define ROLN_MASS squares, 2\n#include "roln.h"\n' >> $dir/bent.h
 flags='-std=c99 -O2 -march=native -fno-math-errno -ffp-contract=off'
 for m in two bent; do
     # shellcheck disable=SC2086 # several words
