@@ -74,7 +74,10 @@
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
        NAME_observer    the same of an observer
        NAME_observer_gains  the gains of an observer
-       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise, a union
+       NAME_evidence    what NAME_doubt knows from recordings
+       NAME_doubts      what it says
+       NAME_outlook     what NAME_doubt_ahead remembers of a roll-out
+       NAME_train       scratch of training, of NAME_errors, NAME_evidence_add and NAME_fit_.., a union
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_quantise
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
@@ -122,6 +125,14 @@
        NAME_fit_noise   its noise, from recordings
        NAME_observer_tick  the same with gains that were computed beforehand, for small processors
        NAME_fit_observer   these gains, from the noise and recordings
+
+   What the model does not know:
+
+       NAME_doubt       how new a state is, and how far the model may be off there
+       NAME_doubt_ahead a step, and how far the state may be off behind it
+       NAME_evidence_add   the states of recordings, for both
+       NAME_fit_doubt   deviations, from held-out recordings
+       NAME_fit_outlook the time over which errors stay alike, from held-out recordings
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
 
@@ -195,7 +206,7 @@
    9 sizes and types of a model
    10 a control tick           in the order in which a measurement meets it: encode, control, lift or allocate, guard
    11 prediction and mechanics a step, its derivatives, inverse dynamics, the terms of the equation of motion
-   12 feedback and estimates   LQR and a Kalman filter on the model
+   12 feedback and estimates   LQR, a Kalman filter on the model, doubt
    13 plans                    model predictive control
    14 errors of a model        roll-outs against recordings
    15 range, limits and noise from recordings
@@ -390,7 +401,8 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 #define ROLN_FAULT_STATUS 2u      /* A function on the way returned a status other than ROLN_OK. */
 #define ROLN_FAULT_OUTPUT 4u      /* A torque is NaN or infinite. */
 #define ROLN_FAULT_LIMIT 8u       /* A torque is beyond a limit of torque or rate, and limits.strict is 1. */
-#define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin. */
+#define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin, or
+                                     their novelty is beyond limits.novelty. */
 #define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual. */
 #define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed. */
 #define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than q_tolerance or qd_tolerance from what the model can represent. */
@@ -414,7 +426,50 @@ typedef struct {
     const roln_real *tau_each, *rate_each; /* [torques] in place of tau, of rate; NULL: these */
     const roln_real *safe; /* [torques] once the guard has expired, read in every tick; NULL: 0 */
     const roln_motors *motors; /* where they act, and torques are theirs; NULL: at each joint, or the learned inputs */
+    const roln_real *evidence; /* NAME_evidence.L of the states that are known; NULL: novelty is not checked */
+    roln_real novelty;         /* largest novelty of a state (NAME_doubt) */
 } roln_limits; /* torques: the count of motors with a B, else NAME_force_size */
+
+/* How new a state is to a model. t [m] are the terms of the state: 1, its variables and products of their polynomials. With A the
+   mean of t t^T over the states that were seen,
+       novelty = t^T A^-1 t / m,
+   the reciprocal of their Christoffel function (Lasserre and Pauwels 2016). Its mean over these states is 1, or less where terms
+   depend on each other, as those of the cosine and the sine of an angle do. It is large where a polynomial that is small at all of
+   them can be large: outside of them and in holes between them. */
+
+/* The novelty of t, which is spent, from the rows of the lower triangle L [ROLN_TRI(m)], A = L L^T. It is NaN or infinite if a term
+   is. */
+ROLN_FN roln_real rolni_novelty(int m, const roln_real *L, roln_real *t)
+{
+    int i;
+    for (i = 0; i < m; L += ++i)
+        t[i] = (t[i] - roln_dot(i, L, t)) / L[i];
+    return roln_dot(m, t, t) / ROLNI_AS(roln_real, m);
+}
+
+/* One more state: A becomes A + (t t^T - A) / count, by plane rotations of L. t is spent. */
+ROLN_FN void rolni_novelty_add(int m, roln_real count, roln_real *L, roln_real *t)
+{
+    const roln_real part = 1 / count, old = ROLN_SQRT(1 - part), new_part = ROLN_SQRT(part);
+    int i, k;
+    for (i = 0; i < ROLN_TRI(m); i++)
+        L[i] *= old;
+    for (i = 0; i < m; i++)
+        t[i] *= new_part;
+    for (k = 0; k < m; k++) {
+        roln_real *at = L + ROLN_TRI(k) + k;
+        const roln_real r = ROLN_SQRT(*at * *at + t[k] * t[k]), c = *at / r, s = t[k] / r;
+        *at = r;
+        for (i = k + 1; i < m; i++) {
+            at += i;
+            {
+                const roln_real a = *at;
+                *at = c * a + s * t[i];
+                t[i] = c * t[i] - s * a;
+            }
+        }
+    }
+}
 
 /* State of a guard, beside the torque of the last tick. Zero-initialised: a fresh start. */
 typedef struct {
@@ -429,11 +484,11 @@ typedef struct {
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
 ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
 {
-    const roln_real bound[7] = {limits->dt,          limits->margin,       limits->residual, limits->tau,
-                                limits->q_tolerance, limits->qd_tolerance, limits->rate};
+    const roln_real bound[8] = {limits->dt,          limits->margin,       limits->residual, limits->tau,
+                                limits->q_tolerance, limits->qd_tolerance, limits->rate,     limits->novelty};
     const roln_real *const each[2] = {limits->tau_each, limits->rate_each};
-    int i, k, valid = roln_all_finite(7, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
-    for (i = 1; i < 7; i++)
+    int i, k, valid = roln_all_finite(8, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
+    for (i = 1; i < 8; i++)
         valid &= bound[i] >= 0;
     for (k = 0; k < 2; k++)
         for (i = 0; each[k] && i < nu; i++)
@@ -1426,7 +1481,7 @@ ROLN_FN const char *roln_fault_text(uint32_t faults)
         "ROLN_FAULT_STATUS: A function on the way returned a status other than ROLN_OK.",
         "ROLN_FAULT_OUTPUT: A torque is NaN or infinite.",
         "ROLN_FAULT_LIMIT: A torque is beyond a limit of torque or rate, and limits.strict is 1.",
-        "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin.",
+        "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin, or beyond limits.novelty.",
         "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual.",
         "ROLN_FAULT_EXPIRED: More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed.",
         "ROLN_FAULT_MANIFOLD: q or qd is farther than q_tolerance or qd_tolerance from what the model can represent.",
@@ -1917,6 +1972,69 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
     e->q_var += ROLNI_AS(double, c * c);
     e->qd += ROLNI_AS(double, dv * dv);
     e->qd_var += ROLNI_AS(double, v * v);
+}
+
+/* Errors whose variance grows with novelty: always^2 + grows^2 novelty^(halves / 2). Tried are ROLNI_GROWTHS growths, halves = 2
+   and on, and ROLNI_FLOORS parts that always^2 has of the sum; sums over samples of log v and of error^2 / v, v the variance but
+   for its scale. */
+enum { ROLNI_GROWTHS = 7, ROLNI_FLOORS = 6 };
+typedef double rolni_growths[ROLNI_GROWTHS][ROLNI_FLOORS];
+
+ROLN_FN double rolni_floor_part(int i)
+{
+    static const double part[ROLNI_FLOORS] = {0, 0.05, 0.2, 0.5, 0.8, 0.95};
+    return part[i];
+}
+
+/* A sample of numbers: their errors at a novelty. */
+ROLN_FN void rolni_growth_add(int numbers, roln_real novelty, const roln_real *error, rolni_growths logs, rolni_growths *squares)
+{
+    const double root = ROLNI_AS(double, ROLN_SQRT(novelty));
+    double grown = root * root;
+    int g, r, i;
+    for (g = 0; g < ROLNI_GROWTHS; g++, grown *= root)
+        for (r = 0; r < ROLNI_FLOORS; r++) {
+            const double part = rolni_floor_part(r), v = part + (1 - part) * grown;
+            logs[g][r] += ROLNI_AS(double, roln_log(ROLNI_AS(roln_real, v)));
+            for (i = 0; i < numbers; i++)
+                squares[i][g][r] += ROLNI_AS(double, error[i]) * ROLNI_AS(double, error[i]) / v;
+        }
+}
+
+/* Of a growth the part of one number under which its errors in count samples are likeliest; adds minus twice the mean log
+   likelihood to *cost. */
+ROLN_FN int rolni_growth_part(int count, int g, rolni_growths logs, rolni_growths squares, double *cost)
+{
+    double least = 0;
+    int r, best = 0;
+    for (r = 0; r < ROLNI_FLOORS; r++) {
+        const roln_real mean = ROLNI_AS(roln_real, squares[g][r] / count), none = ROLN_C(1e-30);
+        const double here = ROLNI_AS(double, roln_log(ROLN_MAX(mean, none))) + logs[g][r] / count;
+        if (r == 0 || here < least) least = here, best = r;
+    }
+    *cost += least;
+    return best;
+}
+
+/* The growth under which all errors in count samples are likeliest, in halves, and always, grows [numbers]. */
+ROLN_FN int rolni_growth_solve(int count, int numbers, rolni_growths logs, rolni_growths *squares, roln_real *always,
+                               roln_real *grows)
+{
+    double least = 0;
+    int g, i, best = 0;
+    for (g = 0; g < ROLNI_GROWTHS; g++) {
+        double cost = 0;
+        for (i = 0; i < numbers; i++)
+            (void)rolni_growth_part(count, g, logs, squares[i], &cost);
+        if (g == 0 || cost < least) least = cost, best = g;
+    }
+    for (i = 0; i < numbers; i++) {
+        const int r = rolni_growth_part(count, best, logs, squares[i], &least);
+        const double part = rolni_floor_part(r), square = squares[i][best][r] / count;
+        always[i] = ROLN_SQRT(ROLNI_AS(roln_real, square * part));
+        grows[i] = ROLN_SQRT(ROLNI_AS(roln_real, square * (1 - part)));
+    }
+    return best + 2;
 }
 
 /* ---- 7 packed parameters --------------------------------------------------------------------- */
@@ -2747,6 +2865,12 @@ ROLNI_INTS
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(centres) = 8, /* states whose gains an observer holds */
+    /* of NAME_doubt: degree of the polynomials of z, so that 4 coordinates take 20 kB; is there the square of a state; terms */
+    ROLN_(squared) = ROLN_(n) < 9,
+    ROLN_(degree_z) = ROLN_(into) < 3 ? 8 : ROLN_(into) < 4 ? 6 : ROLN_(into) < 5 ? 4 : ROLN_(into) < 6 ? 3 : 2 * ROLN_(squared),
+    ROLN_(monomials_z) = ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_z)),
+    ROLN_(terms) = 1 + ROLN_(into) + ROLN_(monomials_z) + ROLN_(n) + ROLN_(squared) * (ROLN_(n) * ROLN_(into) + ROLN_TRI(ROLN_(n))),
+    ROLN_(guard_x) = ROLN_MAX(ROLNI_TAU(ROLN_, 1), ROLN_(terms)), /* scratch of the guard */
     ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
     ROLN_(looks) = ROLN_MAX(ROLN_(leaps), ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
@@ -2927,6 +3051,24 @@ typedef struct {
     roln_real z[ROLN_(centres)][ROLN_(n)];                   /* at these states .. */
     roln_real P[2][ROLN_(centres)][2 * ROLN_(n) * ROLN_(n)]; /* .. the covariance of (z, zd) with z: steady, of a start */
 } ROLN_(observer_gains);
+
+/* What NAME_doubt knows, from recordings: how their states are spread, and how far the model was off there. Zero-initialised: no
+   state was seen. Constant for NAME_doubt, and may be in flash. */
+typedef struct {
+    roln_real count;               /* states of NAME_evidence_add, at most 1 / (64 ROLN_EPS) */
+    roln_real L[ROLN_TRI(ROLN_(terms))]; /* their mean of t t^T is L L^T (rolni_novelty): rows of the lower triangle */
+    /* deviations are (always^2 + grows^2 novelty^(halves / 2))^(1/2): of zdd, 1/s^2, and of the force on z, J */
+    int halves;
+    roln_real always[2 * ROLN_(n)], grows[2 * ROLN_(n)];
+    roln_real lasts; /* correlation time of errors of zdd, s */
+} ROLN_(evidence);
+
+/* What NAME_doubt says of a state: its novelty, and standard deviations of what the model says there. */
+typedef struct { roln_real novelty, zdd[ROLN_(n)], force[ROLN_(n)]; } ROLN_(doubts);
+
+/* What NAME_doubt_ahead remembers of a roll-out, zero at its start: the covariance P of z, zd [2n][2n], and C [2n][n], theirs with
+   errors of one deviation. */
+typedef struct { roln_real P[4 * ROLN_(n) * ROLN_(n)], C[2 * ROLN_(n) * ROLN_(n)]; } ROLN_(outlook);
 
 /* The torque that acted until this tick; number k, 0 .. ROLN_DELAY - 1, of those on their way. */
 #if ROLN_DELAY > 0
@@ -3597,6 +3739,37 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
     return in;
 }
 
+/* t [NAME_terms] of a state: 1; x, what the networks see of z, but with the range of what is no angle as -1 .. 1; polynomials of x;
+   v = zd / zd_max; and with up to 8 coordinates all v_i x_j and v_i v_j: M, V and R may be any functions of z, but forces are
+   quadratic in zd. */
+ROLN_FN void ROLNI_(terms_of)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, roln_real *t)
+{
+    const roln_lnn *lnn = &ROLN_(model).lnn;
+    const int n = ROLN_(n), into = ROLN_(into);
+    roln_real *const x = t + 1, *const v = x + into + ROLN_(monomials_z), *more = v + n;
+    int i, j;
+    t[0] = 1;
+    if (lnn->angles) rolni_see(lnn, 1, z, x);
+    for (i = 0; i < n; i++) {
+        if (!roln_lnn_angle(lnn, i)) x[i] = (2 * z[i] - p->z_max[i] - p->z_min[i]) / (p->z_max[i] - p->z_min[i]);
+        v[i] = zd[i] / p->zd_max[i];
+    }
+    rolni_polynomials(into, ROLN_(degree_z), 1, x, 0, x + into, 0);
+    for (i = 0; i < n && ROLN_(squared); i++) {
+        for (j = 0; j < into; j++)
+            *more++ = v[i] * x[j];
+        for (j = 0; j <= i; j++)
+            *more++ = v[i] * v[j];
+    }
+}
+
+/* Novelty of a state by L of NAME_evidence. t [NAME_terms]: scratch. */
+ROLN_FN roln_real ROLNI_(novelty)(const ROLN_(params) *p, const roln_real *L, const roln_real *z, const roln_real *zd, roln_real *t)
+{
+    ROLNI_(terms_of)(p, z, zd, t);
+    return rolni_novelty(ROLN_(terms), L, t);
+}
+
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLN_(in_range)(const ROLN_(params) *p, const ROLN_(latent) *s)
 {
@@ -3612,9 +3785,9 @@ typedef struct {
     const rolni_balance *balance;
 } ROLNI_(seen);
 
-/* The faults of a tick but for energy and expiry, and ROLN_CLIPPED; tau: torque of the last tick. */
+/* The faults of a tick but for energy and expiry, and ROLN_CLIPPED; tau: torque of the last tick. t [NAME_terms]: scratch. */
 ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limits, const ROLNI_(seen) *seen, const roln_real *want,
-                                const roln_real *tau)
+                                const roln_real *tau, roln_real *t)
 {
     const int N = ROLN_(N), nu = rolni_torques(&ROLN_(model), limits->motors);
     const roln_real *q = seen->at->q, *qd = seen->at->qd;
@@ -3638,6 +3811,8 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
             faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!ROLNI_(in_range)(p, limits->margin, seen->s->z, seen->s->zd)) faults |= ROLN_FAULT_RANGE;
+    else if (limits->evidence && !(ROLNI_(novelty)(p, limits->evidence, seen->s->z, seen->s->zd, t) <= limits->novelty))
+        faults |= ROLN_FAULT_RANGE;
     return faults;
 }
 
@@ -3667,7 +3842,7 @@ ROLN_FN roln_real ROLNI_(power)(const ROLN_(params) *p, const roln_motors *motor
     return power;
 }
 
-/* NAME_guard_tick on what was seen. x [N]: scratch, written with inputs only. */
+/* NAME_guard_tick on what was seen. x [NAME_guard_x]: scratch. */
 ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits, const ROLNI_(seen) *seen, const roln_real *want,
                                ROLN_(guard) *guard, roln_real *x)
 {
@@ -3682,7 +3857,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     int i, known = 0;
     if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* stored twice: a flipped bit does not restart the motors */
     if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
-    faults |= ROLNI_(faults)(p, limits, seen, want, tau);
+    faults |= ROLNI_(faults)(p, limits, seen, want, tau, x);
     if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
         /* at the end of the last tick, under its torque */
         const roln_real before = b ? ROLNI_(power)(p, motors, ROLNI_ACTING(guard), seen->x, x) - b->lost : 0;
@@ -3715,7 +3890,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
 typedef struct {
     roln_real decoded[2 * ROLN_(N)], s[2 * ROLN_(n)];
     union {
-        roln_real decode[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))], x[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))];
+        roln_real decode[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))], x[ROLN_(guard_x)];
         struct {
             roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
             roln_real work[ROLN_MAX(ROLN_(loss_work), 2 * ROLN_(n))];
@@ -3779,7 +3954,7 @@ typedef union {
                 } u;
             } lift;
             ROLN_(allocate_work) allocate;
-            roln_real x[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))]; /* of the guard */
+            roln_real x[ROLN_(guard_x)]; /* of the guard */
         } u;
     } rest;
 } ROLN_(tick_work);
@@ -5199,6 +5374,91 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
     return faults;
 }
 
+/* scratch of NAME_doubt: terms */
+typedef struct { roln_real t[ROLN_(terms)]; } ROLN_(doubt_work);
+
+/* How far the model can be off at a state: its novelty, and the standard deviations of the acceleration zdd and of the force on z
+   that the model says there. ROLN_E_RANGE: e has seen no state; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4:
+   5,050 multiply-adds and 100 divisions. */
+ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s, ROLN_(doubts) *d,
+                                 ROLN_(doubt_work) *w)
+{
+    const int n = ROLN_(n);
+    roln_real novelty, grown = 1, root;
+    int i;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (!(e->count > 0)) return ROLN_E_RANGE;
+    novelty = ROLNI_(novelty)(p, e->L, s->z, s->zd, w->t);
+    root = ROLN_SQRT(novelty);
+    for (i = 0; i < e->halves; i++)
+        grown *= root;
+    if (!roln_finite(novelty) || !roln_finite(grown)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < 2 * n; i++) {
+        const roln_real variance = e->always[i] * e->always[i] + e->grows[i] * e->grows[i] * grown;
+        *(i < n ? d->zdd + i : d->force + i - n) = ROLN_SQRT(variance);
+    }
+    d->novelty = novelty;
+    return ROLN_OK;
+}
+
+/* scratch of NAME_doubt_ahead */
+typedef struct {
+    ROLN_(latent) s;
+    ROLN_(doubts) d;
+    ROLN_(outlook) o;
+    roln_real moved[4 * ROLN_(n) * ROLN_(n)], g[2 * ROLN_(n)];
+    union {
+        ROLN_(doubt_work) doubt;
+        struct {
+            ROLN_(jacobian) j;
+            ROLN_(linear_work) work;
+        } linear;
+    } u;
+} ROLN_(doubt_ahead_work);
+
+/* NAME_doubt_ahead with errors that last so long. */
+ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, roln_real lasts, ROLN_(latent) *s,
+                                        const roln_real *tau, roln_real dt, ROLN_(outlook) *o, ROLN_(doubt_ahead_work) *w)
+{
+    const int n = ROLN_(n), n2 = 2 * ROLN_(n);
+    roln_real *const A = w->u.linear.j.A, *const P = w->o.P, *const C = w->o.C;
+    const roln_real keeps = roln_exp(-dt / lasts);
+    roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
+    int i, j;
+    if (!(dt >= 0) || !(lasts > 0)) return ROLN_E_RANGE;
+    w->s = *s;
+    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        w->g[i] = dt * dt / 2 * w->d.zdd[i], w->g[n + i] = dt * w->d.zdd[i];
+    roln_mm(n2, n2, n2, A, o->P, w->moved);
+    roln_mm_bt(n2, n2, n2, w->moved, A, P);
+    roln_mm(n2, n2, n, A, o->C, C);
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            P[i * n2 + j] += C[i * n + j % n] * w->g[j] + w->g[i] * C[j * n + i % n] + (i % n == j % n ? w->g[i] * w->g[j] : 0);
+    for (i = 0; i < n2; i++)
+        C[i * n + i % n] += w->g[i];
+    for (i = 0; i < n2 * n; i++)
+        C[i] *= keeps;
+    if (!roln_all_finite(n2 * n2, P) || !roln_all_finite(n2 * n, C)) return ROLN_E_NOT_FINITE;
+    *o = w->o, *s = w->s;
+    return ROLN_OK;
+}
+
+/* NAME_step, and the covariance o->P of the state where it ends, of errors of the acceleration that NAME_doubt expects on the way.
+   They are S x, S = diag(zdd), with numbers x of variance 1 that are correlated over the time e->lasts. With G = [dt^2 / 2; dt] S,
+   r = exp(-dt / lasts) and C = E[(z, zd) x^T] it is, linearised,
+       P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = r (A C + G).
+   Deviations of z, zd are the roots of the diagonal of P. s and o are untouched unless ROLN_OK. Status of NAME_doubt, NAME_linear;
+   ROLN_E_RANGE also if dt < 0, or e knows no time (NAME_fit_doubt). Cost: NAME_linear, NAME_doubt and 20 n^3 multiply-adds. */
+ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, ROLN_(latent) *s,
+                                       const roln_real tau[ROLN_(force_size)], roln_real dt, ROLN_(outlook) *o,
+                                       ROLN_(doubt_ahead_work) *w)
+{
+    return ROLNI_(doubt_ahead)(p, e, e->lasts, s, tau, dt, o, w);
+}
+
 #if ROLNI_AT(0, ROLN_PLAN) > 0
 /* ---- 13 plans -------------------------------------------------------------------------------- */
 
@@ -5882,13 +6142,15 @@ typedef struct {
         ROLN_(encode_work) encode;
         ROLN_(decode_work) decode;
         ROLN_(guard_tick_work) guard_tick;
+        roln_real t[ROLN_(terms)]; /* of novelty */
     } u;
 } ROLN_(fit_limits_work);
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   residual_window, strict and safe are yours and stay. margin, residual, q_tolerance, qd_tolerance become slack times what these
-   recordings need at least, margin no less than 0.1; the others are 0, not checked, where nothing was needed. With
+   residual_window, strict, safe and evidence are yours and stay. margin, residual, q_tolerance, qd_tolerance and, with evidence,
+   novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not checked, where
+   nothing was needed. With
    b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
    to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
    ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
@@ -5902,13 +6164,13 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     const size_t N = ROLN_(N), size = ROLN_(force_size);
     const int force_size = ROLN_(force_size), torques = b->tau && (!l->motors || !l->motors->B);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->residual_window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->residual_window, 0, 0, NULL, NULL, NULL, NULL, NULL, 0}, most = *l;
     roln_real *const held = ROLNI_ACTING(&w->guard), *const top = w->top, *const rise = w->rise;
     int k, h, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0) || (!torques && !l->tau_each && !(l->tau > 0))) return ROLN_E_RANGE;
-    most.margin = most.residual = most.q_tolerance = most.qd_tolerance = 0;
+    most.margin = most.residual = most.q_tolerance = most.qd_tolerance = most.novelty = 0;
     rolni_zero(force_size, top);
     rolni_zero(force_size, rise);
     for (k = 0; k < b->count; k++) {
@@ -5923,6 +6185,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
             if (st == ROLN_OK) st = ROLN_(decode)(p, &w->s, &w->decoded, &w->u.decode);
             if (st == ROLN_OK) st = ROLNI_(fit_seen)(p, &w->at, &w->s, &w->decoded, &most);
             if (st != ROLN_OK) return st;
+            if (l->evidence) most.novelty = ROLN_MAX(most.novelty, ROLNI_(novelty)(p, l->evidence, w->s.z, w->s.zd, w->u.t));
             for (i = 0; i < force_size && tau; i++) {
                 top[i] = ROLN_MAX(top[i], ROLN_ABS(tau[i]));
                 if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);
@@ -5935,7 +6198,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
         }
     }
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
-    most.residual *= slack, most.q_tolerance *= slack, most.qd_tolerance *= slack;
+    most.residual *= slack, most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
         if (top[i] > 0 && !(rise[i] > 0)) return ROLN_E_RANGE;
@@ -5944,8 +6207,9 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
         most.tau = ROLN_MAX(most.tau, top[i]), most.rate = ROLN_MAX(most.rate, rise[i]);
     }
     {
-        const roln_real made[6] = {most.margin, most.residual, most.q_tolerance, most.qd_tolerance, most.tau, most.rate};
-        if (!roln_all_finite(torques ? 6 : 4, made)) return ROLN_E_NOT_FINITE;
+        const roln_real made[7] = {most.margin,  most.residual, most.q_tolerance, most.qd_tolerance,
+                                   most.novelty, most.tau,      most.rate};
+        if (!roln_all_finite(torques ? 7 : 5, made)) return ROLN_E_NOT_FINITE;
     }
     if (torques) rolni_copy(force_size, top, tau_each), rolni_copy(force_size, rise, rate_each);
     *l = most;
@@ -6276,6 +6540,180 @@ ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise
     if (st == ROLN_OK && !roln_finite(to->settle)) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) *g = *to;
     return st;
+}
+
+/* scratch of NAME_evidence_add */
+typedef struct {
+    roln_real t[ROLN_(terms)];
+    ROLN_(encode_work) encode;
+} ROLN_(evidence_add_work);
+
+/* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. The first ones are as much as one
+   state that is large in each term, so a novelty means something from the start. From 1 / (64 ROLN_EPS) states on (131072 as
+   float) the oldest fade. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range);
+   ROLN_E_NOT_FINITE, status of NAME_encode: states before the bad one were added. Cost a state with n = 4: NAME_encode and 20,000
+   multiply-adds. */
+ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch *b, ROLN_(evidence) *e,
+                                        ROLN_(evidence_add_work) *w)
+{
+    const size_t N = ROLN_(N);
+    const int n = ROLN_(n), terms = ROLN_(terms);
+    roln_real *const s = w->encode.s;
+    int k, h, i;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (b->count < 1 || b->steps < 0 || !b->qd) return ROLN_E_LENGTH;
+    for (i = 0; i < n; i++)
+        if (!(p->z_max[i] > p->z_min[i]) || !(p->zd_max[i] > 0)) return ROLN_E_RANGE;
+    if (!(e->count > 0)) {
+        rolni_zero(ROLN_TRI(terms), e->L);
+        for (i = 0; i < terms; i++)
+            e->L[ROLN_TRI(i) + i] = 1;
+        e->count = 1;
+    }
+    for (k = 0; k < b->count; k++)
+        for (h = 0; h <= b->steps; h++) {
+            const size_t at = rolni_sample(b, k, h) * N;
+            const roln_status st = ROLNI_(encode)(p, b->q + at, b->qd + at, NULL, s, w->encode.tape);
+            if (st != ROLN_OK) return st;
+            ROLNI_(terms_of)(p, s, s + n, w->t);
+            if (!roln_all_finite(terms, w->t)) return ROLN_E_NOT_FINITE;
+            if (e->count < 1 / (64 * ROLN_EPS)) e->count += 1;
+            rolni_novelty_add(terms, e->count, e->L, w->t);
+        }
+    return ROLN_OK;
+}
+
+/* scratch of NAME_fit_doubt: sums over windows; logs, errors^2 over the variance */
+typedef struct {
+    rolni_growths logs, squares[2 * ROLN_(n)];
+    ROLN_(state) x;
+    ROLN_(latent) s, end;
+    ROLN_(equation) equation;
+    roln_real tau[ROLN_(force_size)], t[ROLN_(terms)], error[2 * ROLN_(n)];
+    union {
+        ROLN_(encode_work) encode;
+        ROLN_(step_work) step;
+        ROLN_(dynamics_work) dynamics;
+    } u;
+} ROLN_(fit_doubt_work);
+
+/* Of window k of b the mean of what the model misses, of zdd and of the force M zdd, to w->error, and the novelty of its start. */
+ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, int k, roln_real dt, const roln_real *L,
+                                   roln_real *novelty, ROLN_(fit_doubt_work) *w)
+{
+    const size_t N = ROLN_(N);
+    const int n = ROLN_(n);
+    const roln_real span = dt * ROLNI_AS(roln_real, b->steps);
+    roln_status st = ROLN_OK;
+    int h, i;
+    for (h = 0; h <= b->steps && st == ROLN_OK; h += b->steps) {
+        rolni_copy(ROLN_(N), b->q + rolni_sample(b, k, h) * N, w->x.q);
+        rolni_copy(ROLN_(N), b->qd + rolni_sample(b, k, h) * N, w->x.qd);
+        st = ROLN_(encode)(p, &w->x, h == 0 ? &w->s : &w->end, &w->u.encode);
+    }
+    if (st != ROLN_OK) return st;
+    *novelty = ROLNI_(novelty)(p, L, w->s.z, w->s.zd, w->t);
+    st = ROLN_(dynamics)(p, &w->s, &w->equation, &w->u.dynamics);
+    for (h = 0; h < b->steps && st == ROLN_OK; h++) {
+        if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
+        st = ROLN_(step)(p, &w->s, b->tau ? w->tau : NULL, dt, &w->u.step);
+    }
+    for (i = 0; i < n; i++)
+        w->error[i] = (w->end.zd[i] - w->s.zd[i]) / span;
+    roln_mm(n, n, 1, w->equation.M, w->error, w->error + n);
+    if (st == ROLN_OK && !(roln_all_finite(2 * n, w->error) && *novelty > 0 && roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
+    return st;
+}
+
+/* Deviations of NAME_doubt, to e, whose states were added before, from recordings that the model was not trained with: the law of
+   growth under which the errors of the windows of b are likeliest. An error is the mean over a window of the acceleration that
+   NAME_step misses, steps of dt seconds apart, and M times it. Long windows average the noise of qd: 25 ms are usual.
+   ROLN_E_LENGTH: no window, no step or no qd; ROLN_E_RANGE: e has seen no state; status of NAME_encode, NAME_step, NAME_dynamics;
+   ROLN_E_NOT_FINITE. e is untouched unless ROLN_OK. */
+ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
+                                     ROLN_(fit_doubt_work) *w)
+{
+    int k;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (b->count < 1 || b->steps < 1 || !b->qd) return ROLN_E_LENGTH;
+    if (!(e->count > 0) || !(dt > 0)) return ROLN_E_RANGE;
+    memset(w->logs, 0, sizeof w->logs);
+    memset(w->squares, 0, sizeof w->squares);
+    for (k = 0; k < b->count; k++) {
+        roln_real novelty;
+        const roln_status st = ROLNI_(missed)(p, b, k, dt, e->L, &novelty, w);
+        if (st != ROLN_OK) return st;
+        rolni_growth_add(2 * ROLN_(n), novelty, w->error, w->logs, w->squares);
+    }
+    e->halves = rolni_growth_solve(b->count, 2 * ROLN_(n), w->logs, w->squares, e->always, e->grows);
+    e->lasts = dt;
+    return ROLN_OK;
+}
+
+/* scratch of NAME_fit_outlook */
+typedef struct {
+    ROLN_(outlook) o;
+    ROLN_(state) x;
+    ROLN_(latent) s, end;
+    roln_real tau[ROLN_(force_size)];
+    union {
+        ROLN_(encode_work) encode;
+        ROLN_(doubt_ahead_work) ahead;
+    } u;
+} ROLN_(fit_outlook_work);
+
+/* Minus twice the log likelihood of the z where the windows of b end, under errors that last so long, each by itself, to
+   *cost. */
+ROLN_FN roln_status ROLNI_(outlook_cost)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, const ROLN_(evidence) *e,
+                                         roln_real lasts, double *cost, ROLN_(fit_outlook_work) *w)
+{
+    const size_t N = ROLN_(N);
+    int k, h, i;
+    *cost = 0;
+    for (k = 0; k < b->count; k++) {
+        roln_status st = ROLN_OK;
+        for (h = 0; h <= b->steps && st == ROLN_OK; h += b->steps) {
+            rolni_copy(ROLN_(N), b->q + rolni_sample(b, k, h) * N, w->x.q);
+            rolni_copy(ROLN_(N), b->qd + rolni_sample(b, k, h) * N, w->x.qd);
+            st = ROLN_(encode)(p, &w->x, h == 0 ? &w->s : &w->end, &w->u.encode);
+        }
+        memset(&w->o, 0, sizeof w->o);
+        for (h = 0; h < b->steps && st == ROLN_OK; h++) {
+            if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
+            st = ROLNI_(doubt_ahead)(p, e, lasts, &w->s, b->tau ? w->tau : NULL, dt, &w->o, &w->u.ahead);
+        }
+        if (st != ROLN_OK) return st;
+        for (i = 0; i < ROLN_(n); i++) {
+            const roln_real off = w->end.z[i] - roln_lnn_near(&ROLN_(model).lnn, i, w->end.z[i], w->s.z[i]);
+            const roln_real variance = w->o.P[i * (2 * ROLN_(n) + 1)];
+            *cost += ROLNI_AS(double, off) * ROLNI_AS(double, off) / ROLNI_AS(double, variance);
+            *cost += ROLNI_AS(double, roln_log(variance));
+        }
+    }
+    return *cost - *cost >= 0 ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* e->lasts, the time over which errors of the acceleration are correlated, from recordings that the model was not trained with: of
+   ten times, the length of the windows of b over 1, 2, 4 .. 512, the one under which their ends are likeliest. The deviations are
+   those of NAME_fit_doubt, from which time e->lasts is one step of it. ROLN_E_LENGTH, ROLN_E_RANGE as there; status of
+   NAME_doubt_ahead. e is untouched unless ROLN_OK. Cost: ten NAME_linear a step. */
+ROLN_FN roln_status ROLN_(fit_outlook)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
+                                       ROLN_(fit_outlook_work) *w)
+{
+    double least = 0;
+    roln_real lasts = dt * ROLNI_AS(roln_real, b->steps), best = 0;
+    int k;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (b->count < 1 || b->steps < 1 || !b->qd) return ROLN_E_LENGTH;
+    if (!(e->count > 0) || !(dt > 0)) return ROLN_E_RANGE;
+    for (k = 0; k < 10; k++, lasts /= 2) {
+        double cost;
+        const roln_status st = ROLNI_(outlook_cost)(p, b, dt, e, lasts, &cost, w);
+        if (st != ROLN_OK) return st;
+        if (k == 0 || cost < least) least = cost, best = lasts;
+    }
+    e->lasts = best;
+    return ROLN_OK;
 }
 
 #if ROLNI_BITS(ROLN_QUANTISE) == 0
@@ -7652,6 +8090,7 @@ typedef union {
 #endif
     ROLN_(fit_range_work) fit_range;
     ROLN_(tick_work) tick;
+    ROLN_(doubt_work) doubt;
 } ROLN_(work);
 
 /* Scratch of training. No function of prediction and control leaves anything in its scratch, so a program that trains between its
@@ -7661,6 +8100,9 @@ typedef union {
     ROLN_(fit_limits_work) fit_limits;
     ROLN_(fit_noise_work) fit_noise;
     ROLN_(fit_observer_work) fit_observer;
+    ROLN_(evidence_add_work) evidence_add;
+    ROLN_(fit_doubt_work) fit_doubt;
+    ROLN_(fit_outlook_work) fit_outlook;
 #if ROLNI_BITS(ROLN_QUANTISE) == 0
     ROLN_(grad_work) grad;
     ROLN_(grad_acc_work) grad_acc;

@@ -1,44 +1,82 @@
 /* SPDX-License-Identifier: MIT */
-/* fitted.h - OUT_limits.h: limits of a guard, noise of a filter and gains of an observer, fitted to held-out recordings, as
-   initialisers in C and C++.
+/* fitted.h - OUT_limits.h: what the recordings say of doubt, limits of a guard, noise of a filter and gains of an observer, fitted
+   to held-out recordings, as initialisers in C and C++.
 
    train.c includes it behind report.h.
 
-       fit_settings      NAME_fit_limits, NAME_fit_noise and NAME_fit_observer on windows of held-out recordings
-       write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise, NAME_steady_gains
+       fit_settings      NAME_evidence_add on the recordings that were trained with; NAME_fit_doubt, NAME_fit_outlook,
+                         NAME_fit_limits, NAME_fit_noise and NAME_fit_observer on windows of held-out recordings
+       write_settings    OUT_limits.h, to be included behind the config header: NAME_known, NAME_limits, NAME_noise,
+                         NAME_steady_gains
 
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
    limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
-   (filter=, smooth=, smoother=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as
-   large as the spectrum shows it. tick= carries all of it to a controller of another tick than the step of the recordings. */
+   (filter=, smooth=, smoother=) removes the noise that the encoders of a controller have, so it is added to q again: white noise
+   as large as the spectrum shows it. tick= carries all of it to a controller of another tick than the step of the recordings. */
 
 #ifndef FITTED_H
 #define FITTED_H
 
-enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000 };
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 50 };
 
 static struct {
     roln_limits limits;
     roln_noise noise;
     roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)], unknown[M(N)];
     M(observer_gains) gains;
-    const char *no_limits, *no_noise, *no_gains; /* why there are none; NULL: there are */
+    M(evidence) evidence;
+    const char *no_evidence, *no_limits, *no_noise, *no_gains; /* why there are none; NULL: there are */
     int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
 
-/* At most `most` windows that cover held-out recordings, or some of each. */
-static roln_batch held_windows(int *start, int most)
+/* At most `most` windows that cover held-out recordings, or some of each, of that many steps, or fewer in short recordings. */
+static roln_batch held_windows_of(int steps, int stride, int *start, int most)
 {
-    roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = WINDOW_TICKS};
+    roln_batch b = {.stride = stride, .start = start, .q = d.q, .qd = d.qd, .steps = steps};
     int k;
     b.tau = acts() ? d.tau : NULL;
-    while ((b.count = windows(&d, train, d.trajectories, b.steps, b.steps, 0, start)) == 0 && b.steps > 1)
+    while ((b.count = windows(&d, train, d.trajectories, b.steps * stride, b.steps * stride, 0, start)) == 0 && b.steps > 1)
         b.steps /= 2;
     if (b.count <= most) return b;
     for (k = 0; k < most; k++)
         start[k] = start[(int)((double)k * b.count / most)];
     b.count = most;
     return b;
+}
+
+static roln_batch held_windows(int *start, int most)
+{
+    return held_windows_of(WINDOW_TICKS, 1, start, most);
+}
+
+/* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs, and for times over which errors last: as many
+   as there is time for, of which `each` is that of one. */
+static int affordable(double each)
+{
+    return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
+}
+
+/* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of up to a second in steps of 20 ms. */
+static const char *fit_evidence(int *start)
+{
+    const int short_steps = (int)fmax(1, 0.025 / d.dt + 0.5), stride = (int)fmax(1, 0.02 / d.dt + 0.5);
+    roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
+    double each = 0;
+    roln_status st;
+    int k;
+    b.count = windows(&d, 0, train, 0, 1 + d.samples / KNOWN, 0, start);
+    st = M(evidence_add)(&s.p, &b, &found.evidence, &work[0].evidence_add);
+    if (st == ROLN_OK) {
+        b = held_windows_of(short_steps, 1, start, DOUBTED);
+        st = M(fit_doubt)(&s.p, &b, (roln_real)d.dt, &found.evidence, &work[0].fit_doubt);
+    }
+    for (k = 0; k < 2 && st == ROLN_OK; k++) { /* the first window tells how long one takes */
+        const double from = now();
+        b = held_windows_of(AHEAD, stride, start, k ? affordable(each) : 1);
+        if (b.count > 0) (void)M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
+        each = now() - from;
+    }
+    return st == ROLN_OK ? NULL : roln_status_text(st);
 }
 
 /* Largest torques and largest changes of them, of all recordings. */
@@ -68,6 +106,7 @@ static const char *fit_limits(int *start)
     roln_limits *l = &found.limits;
     roln_status st;
     l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = 8, l->tau = 1;
+    if (!found.no_evidence) l->evidence = found.evidence.L;
     st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
     if (st != ROLN_OK) return roln_status_text(st);
     found.limit_ticks = b.count * (b.steps + 1);
@@ -93,13 +132,6 @@ static roln_real *measured_q(void)
     for (i = from; i < count; i++)
         q[i] = d.q[i] + (roln_real)noise[i % N] * roln_normal(&seed);
     return q;
-}
-
-/* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs: as many as there is time for, of which `each`
-   is that of one. */
-static int affordable(double each)
-{
-    return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
 }
 
 /* What the model leaves of the torque of each joint, held out, to x [N]. Returns x, or NULL if that is not known. */
@@ -160,6 +192,7 @@ static void fit_settings(void)
     roln_real *q;
     memset(&found, 0, sizeof found);
     q = measured_q();
+    found.no_evidence = fit_evidence(start);
     found.no_limits = fit_limits(start), found.no_noise = fit_noise(start, q);
     carry_to_tick();
     found.no_gains = fit_observer(start, q);
@@ -292,7 +325,11 @@ static void put_limits(FILE *f)
                    ? "    " STRING(MODEL) "_limits_tau, /* tau_each */\n    " STRING(MODEL) "_limits_rate, /* rate_each */\n"
                    : "    0, /* tau_each: none */\n    0, /* rate_each: none */\n");
     fprintf(f, "    0, /* safe: no torque once the guard has expired; an array of yours holds an arm up */\n"
-               "    0, /* motors: at each joint, or the learned inputs */\n};\n");
+               "    0, /* motors: at each joint, or the learned inputs */\n");
+    fprintf(f, l->evidence ? "    " STRING(MODEL) "_known.L, /* evidence: the states that were trained with */\n"
+                           : "    0, /* evidence: none, novelty is not checked */\n");
+    put_constant(f, l->novelty, l->evidence ? "novelty: %d times the largest of the recordings" : "novelty: not checked", SLACK);
+    fprintf(f, "};\n");
 }
 
 static void put_noise(FILE *f)
@@ -328,6 +365,28 @@ static void put_numbers(FILE *f, int count, const roln_real *x, const char *behi
     fprintf(f, "}%s", behind);
 }
 
+static void put_evidence(FILE *f)
+{
+    const M(evidence) *e = &found.evidence;
+    fprintf(f, "\n/* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */\n");
+    if (found.no_evidence) {
+        fprintf(f, "/* There is nothing: %s */\n", found.no_evidence);
+        return;
+    }
+    fprintf(f, "static const " STRING(MODEL) "_evidence " STRING(MODEL) "_known = {\n");
+    put_constant(f, e->count, "count, states");
+    fprintf(f, "    /* L: rows of a lower triangle */\n    ");
+    put_numbers(f, ROLN_TRI((int)M(terms)), e->L, ",\n");
+    fprintf(f,
+            "    %d, /* halves */\n    /* always, grows, of zdd and of forces on z: the deviation is\n"
+            "       (always^2 + grows^2 novelty^(halves / 2))^(1/2) */\n    ",
+            e->halves);
+    put_numbers(f, 2 * (int)M(n), e->always, ",\n    ");
+    put_numbers(f, 2 * (int)M(n), e->grows, ",\n");
+    put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long");
+    fprintf(f, "};\n");
+}
+
 static void put_gains(FILE *f)
 {
     const M(observer_gains) *g = &found.gains;
@@ -360,8 +419,8 @@ static void write_settings(const char *verdict)
     FILE *f = file(".part", "w");
     if (!f) return;
     fprintf(f,
-            "/* Limits of a guard, noise of a filter and gains of an observer for the weights that were written with it, fitted\n"
-            "   to held-out recordings.\n"
+            "/* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were\n"
+            "   written with it, fitted to recordings.\n"
             "   Include it behind the header of the config. */\n");
     if (verdict) fprintf(f, MARK "%s */\n", verdict);
     fprintf(f,
@@ -371,6 +430,7 @@ static void write_settings(const char *verdict)
                            MODEL) "_force_size == %d ? 1 : "
                                   "-1];\n",
             (int)M(N), (int)M(N), (int)M(force_size));
+    put_evidence(f);
     put_limits(f);
     put_noise(f);
     put_gains(f);

@@ -531,6 +531,7 @@ static void put_limits_section(FILE *f)
 {
     const roln_limits *l = &found.limits;
     int j;
+    if (found.no_evidence) put_paragraph(f, "Nothing is known of doubt: %s", found.no_evidence);
     if (found.no_limits) put_paragraph(f, "No limits of a guard could be fitted: %s", found.no_limits);
     if (found.no_noise) put_paragraph(f, "No noise of a filter could be fitted: %s", found.no_noise);
     put_paragraph(f, "Fitted to held-out recordings, as OUT_limits.h has it:");
@@ -540,6 +541,7 @@ static void put_limits_section(FILE *f)
         put_limit(f, "residual", (double)l->residual, power_unit());
         put_limit(f, "q_tolerance", (double)l->q_tolerance, "unit of q");
         put_limit(f, "qd_tolerance", (double)l->qd_tolerance, "unit of qd");
+        if (l->evidence) put_limit(f, "novelty", (double)l->novelty, "1 is usual");
         for (j = 0; j < (int)M(force_size) && l->tau_each; j++) {
             char name[40];
             snprintf(name, sizeof name, "tau %d", j + 1), put_limit(f, name, (double)found.tau[j], unit_of_column(OF_TAU, j));

@@ -16,6 +16,7 @@ static motor_observer observer;
 static motor_guard guarded, driven;
 static motor_filter_tick_work filterwork;
 static motor_observer_tick_work observerwork;
+static motor_doubts doubts;
 static motor_work work;
 
 /* The faults of one sample. */
@@ -29,6 +30,9 @@ static unsigned tick(double q, double qd, double tau, const roln_real *before)
     bits |= motor_observer_tick(&motor_weights, &motor_steady_gains, y, before, &observer, &observerwork);
     bits &= ~(ROLN_FILTER_START | ROLN_FAULT_RANGE); /* motion leaves the range of training, which the filter has without margin */
     if (motor_encode(&motor_weights, &x, &s, &work.encode) != ROLN_OK) return ROLN_FAULT_STATUS;
+    if (motor_doubt(&motor_weights, &motor_known, &s, &doubts, &work.doubt) != ROLN_OK) return ROLN_FAULT_STATUS;
+    if (motor_limits.evidence != motor_known.L || !(doubts.novelty <= motor_limits.novelty)) return ROLN_FAULT_RANGE;
+    if (!(doubts.zdd[0] > 0) || !(doubts.force[0] > 0)) return ROLN_FAULT_STATUS;
     bits |= motor_guard_tick(&motor_weights, &motor_limits, &x, &s, want, &guarded, &work.guard_tick);
     memset(&r, 0, sizeof r);
     if (motor_encode_reference(&motor_weights, x.q, x.qd, none, &r, &work.encode_reference) != ROLN_OK) return ROLN_FAULT_STATUS;
