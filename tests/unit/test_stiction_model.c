@@ -104,7 +104,7 @@ static void test_step(void)
     const hard_params p = hard_of(0.2);
     const soft_params q = soft_of(&p);
     const hard_latent rest = {{ROLN_C(0.3), ROLN_C(-0.2)}, {0, 0}};
-    const roln_limits limits = {dt, 0, 0, 100, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, NULL};
+    const roln_limits limits = {.dt = dt, .tau = 100};
     hard_latent s = rest;
     soft_latent creeps;
     static soft_step_work soft;
@@ -248,7 +248,7 @@ static void test_plan(void)
     static const roln_real u[hard_N] = {ROLN_C(0.01), ROLN_C(0.01)};
     const hard_params p = hard_of(0.05);
     const hard_latent rest = {{ROLN_C(0.3), ROLN_C(-0.2)}, {0, 0}};
-    const roln_limits limits = {ROLN_C(0.0625), 0, 0, 50, 0, 0, 0, 0, 0, 0, NULL, NULL, NULL, NULL};
+    const roln_limits limits = {.dt = ROLN_C(0.0625), .tau = 50};
     const roln_term term = {ROLN_OF_Q, hard_N, NULL, each, ref, 0, 5};
     roln_goal goal;
     hard_latent s = rest;
