@@ -2,7 +2,7 @@
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, next, heads,
-#                                       experiments, eig, bench
+#                                       doubt, experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
 #                                       sizes, count, firmware, pil. make report wants Python with matplotlib
 
@@ -23,7 +23,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans models noise next heads rope experiments rivals report \
+        sanitize mutants record learn real machines errors control plans models noise next heads doubt rope experiments rivals report \
         plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
@@ -344,6 +344,11 @@ noise: build/generate
 # M and V as networks and as polynomials: 30 models, an hour and a quarter of a core; two at a time with JOBS=2
 heads: build/generate
 	@JOBS=$(JOBS) sh tests/experiments/heads.sh
+
+# whether the deviations of NAME_doubt hold on recordings that were not trained with, and in a region that was left out: 8 models,
+# ten minutes of a core; two at a time with JOBS=2
+doubt: build/generate build/record
+	@JOBS=$(JOBS) sh tests/experiments/doubt.sh
 
 # whether it pays to choose what to record next: 15 models, an hour and a quarter of a core; two at a time with JOBS=2
 next: build/generate

@@ -17,7 +17,7 @@
 #ifndef FITTED_H
 #define FITTED_H
 
-enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 50 };
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 100 };
 
 static struct {
     roln_limits limits;
@@ -56,10 +56,11 @@ static int affordable(double each)
     return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
 }
 
-/* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of up to a second in steps of 20 ms. */
+/* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of a quarter of
+   a second in steps of 2.5 ms: an error of the integrator is not one of the model. */
 static const char *fit_evidence(int *start)
 {
-    const int short_steps = (int)fmax(1, 0.025 / d.dt + 0.5), stride = (int)fmax(1, 0.02 / d.dt + 0.5);
+    const int short_steps = (int)fmax(1, 0.025 / d.dt + 0.5), stride = (int)fmax(1, 0.0025 / d.dt + 0.5);
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
     double each = 0;
     roln_status st;

@@ -1,0 +1,67 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# doubt.sh - do the deviations of NAME_doubt hold on recordings that were not trained with? Of each system a training with the
+# trainer's defaults, then one without the samples of a region, where doubt has to be larger. Trainings of JOBS at a time; what is
+# there is not trained again. Run by `make doubt`; logs in build/doubt.
+#
+#   doubt.sh              all, then the tables
+#   doubt.sh RUN          one training, such as pend2-all, pend2-hole
+set -e
+dir=build/doubt
+mkdir -p $dir
+# rows: system, seconds, joint and range of the region, settings of the trainer
+rows='pend2 60 1 0.4 9 torque=1
+pend16 120 1 0.3 9
+furuta 60 2 2 9 torque=1
+arm 60 2 0.3 9 torque=1'
+
+if [ $# -eq 1 ]; then
+    system=${1%-*} part=${1#*-}
+    [ ! -f "$dir/$1.done" ] || exit 0
+    settings=$(echo "$rows" | awk -v s="$system" '$1 == s { print "seconds=" $2, $6 }')
+    # shellcheck disable=SC2086
+    "$dir/$system.train" "$dir/$1.csv" threads=1 out="$dir/$1" $settings > "$dir/$1.log" 2>&1 || true # one that is not useful, too
+    touch "$dir/$1.done"
+    exit
+fi
+
+compile() { gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples -I$dir "$@" -lpthread -lm; }
+for system in pend2 pend16; do
+    [ $system = pend2 ] && from=pend2_act count=40 || from=pend16 count=205
+    [ -f $dir/${system}_train.csv ] ||
+        build/generate $from $dir/$system.h5 --train $count --test 21 --tune 1 --seed 1 --csv $dir/$system > $dir/$system.log
+    cp examples/$system.h $dir/$system.h
+done
+[ -f $dir/mild.csv ] || {
+    awk -F, -f tests/mujoco/mild.awk $dir/pend16_train.csv > $dir/mild.csv && cp $dir/mild.csv $dir/pend16_train.csv
+    awk -F, -f tests/mujoco/mild.awk $dir/pend16_test.csv > $dir/mild_test.csv && cp $dir/mild_test.csv $dir/pend16_test.csv
+}
+for system in furuta arm; do
+    [ -f $dir/${system}_train.csv ] || {
+        build/record tests/mujoco/plants/$system.xml $dir/$system > $dir/$system.log
+        mv $dir/$system.csv $dir/${system}_train.csv
+    }
+done
+echo "$rows" | while read -r system _ joint low high _; do
+    compile -DMODEL="$system" examples/train.c -o $dir/$system.train
+    cp $dir/${system}_train.csv $dir/$system-all.csv
+    # what is left of a recording without the region are recordings of their own, if they are long enough
+    awk -F, -v at=$((joint + 1)) -v low="$low" -v high="$high" '
+        function flush() { if (count > 100) { printf "%s%s", gap, text; gap = "\n" } text = ""; count = 0 }
+        NR == 1 { print; next }
+        /^$/ || ($at > low && $at < high) { flush(); next }
+        { text = text $0 "\n"; count++ }
+        END { flush() }' $dir/$system-all.csv > $dir/$system-hole.csv
+done
+echo "$rows" | while read -r system _; do echo "$system-all"; echo "$system-hole"; done |
+    xargs -P "${JOBS:-1}" -I RUN sh "$0" RUN
+echo "$rows" | while read -r system _ joint low high _; do
+    for part in all hole; do
+        compile -DMODEL="$system" "-DCONFIG=\"$system.h\"" "-DWEIGHTS=\"$system-${part}_weights.h\"" \
+            "-DLIMITS=\"$system-${part}_limits.h\"" tests/experiments/doubt.c -o $dir/$system-$part.doubt
+        echo
+        echo "$system, $part"
+        # shellcheck disable=SC2046
+        $dir/$system-$part.doubt $dir/${system}_test.csv $([ $part = all ] || echo "$joint $low $high")
+    done
+done
