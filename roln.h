@@ -6109,13 +6109,16 @@ ROLN_FN roln_status ROLN_(fit_range)(ROLN_(params) *p, int count, const roln_rea
     return ROLN_OK;
 }
 
-/* What one sample of good motion asks of limits: range, distance from the manifold. ROLN_E_RANGE: it is outside of a range that has
-   no width. */
+/* What one sample of good motion asks of limits: range, novelty, distance from the manifold. ROLN_E_RANGE: it is outside of a range
+   that has no width; ROLN_E_NOT_FINITE: its novelty is no number. t [NAME_terms]: scratch. */
 ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) *at, const ROLN_(latent) *s,
-                                     const ROLN_(state) *decoded, roln_limits *most)
+                                     const ROLN_(state) *decoded, roln_limits *most, roln_real *t)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
+    const roln_real novelty = most->evidence ? ROLNI_(novelty)(p, most->evidence, s->z, s->zd, t) : 0;
     int i;
+    if (!roln_finite(novelty)) return ROLN_E_NOT_FINITE;
+    most->novelty = ROLN_MAX(most->novelty, novelty);
     for (i = 0; i < ROLN_(n); i++) {
         const roln_real wide = p->z_max[i] - p->z_min[i], z = s->z[i];
         const roln_real out = roln_lnn_angle(lnn, i) ? 0 : ROLN_MAX(p->z_min[i] - z, z - p->z_max[i]);
@@ -6183,9 +6186,8 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
             rolni_copy(ROLN_(N), b->qd + at * N, w->at.qd);
             st = ROLN_(encode)(p, &w->at, &w->s, &w->u.encode);
             if (st == ROLN_OK) st = ROLN_(decode)(p, &w->s, &w->decoded, &w->u.decode);
-            if (st == ROLN_OK) st = ROLNI_(fit_seen)(p, &w->at, &w->s, &w->decoded, &most);
+            if (st == ROLN_OK) st = ROLNI_(fit_seen)(p, &w->at, &w->s, &w->decoded, &most, w->u.t);
             if (st != ROLN_OK) return st;
-            if (l->evidence) most.novelty = ROLN_MAX(most.novelty, ROLNI_(novelty)(p, l->evidence, w->s.z, w->s.zd, w->u.t));
             for (i = 0; i < force_size && tau; i++) {
                 top[i] = ROLN_MAX(top[i], ROLN_ABS(tau[i]));
                 if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);

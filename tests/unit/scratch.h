@@ -22,6 +22,8 @@ ROLN_FN int unwritten(int k, const char *function)
     if (models[k]->md->ae.layers == 0 && (strcmp(function, "fit_inertia") == 0 || strcmp(function, "force_variance") == 0))
         return 4;
     if (models[k]->md->ae.layers == 0 && strcmp(function, "reduce") == 0) return 4;
+    /* it has the scratch of a guard that looks at novelty, at which it looks by itself: without the decoded state */
+    if (strcmp(function, "fit_limits") == 0) return 2 * (N_OF(k) + n_OF(k)) + 2;
     /* it has the scratch of a tick, and of a load it needs less */
     if (models[k]->load && strcmp(function, "fit_noise") == 0) return 16;
     return 2;
