@@ -23,8 +23,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans models noise next heads doubt rope experiments rivals report \
-        plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
+        sanitize mutants record learn real machines errors control plans models noise next heads doubt rope experiments rivals \
+        report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----
