@@ -3052,8 +3052,8 @@ typedef struct {
     roln_real P[2][ROLN_(centres)][2 * ROLN_(n) * ROLN_(n)]; /* .. the covariance of (z, zd) with z: steady, of a start */
 } ROLN_(observer_gains);
 
-/* What NAME_doubt knows, from recordings: how their states are spread, and how far the model was off there. Zero-initialised: no
-   state was seen. Constant for NAME_doubt, and may be in flash. */
+/* Evidence of recordings for NAME_doubt: how their states are spread, and how far the model was off there. Zero-initialised: no
+   state was seen. NAME_doubt does not write it, so it may be in flash. */
 typedef struct {
     roln_real count;               /* states of NAME_evidence_add, at most 1 / (64 ROLN_EPS) */
     roln_real L[ROLN_TRI(ROLN_(terms))]; /* their mean of t t^T is L L^T (rolni_novelty): rows of the lower triangle */
@@ -3063,11 +3063,10 @@ typedef struct {
     roln_real lasts; /* correlation time of errors of zdd, s */
 } ROLN_(evidence);
 
-/* What NAME_doubt says of a state: its novelty, and standard deviations of what the model says there. */
+/* Output of NAME_doubt: the novelty of a state, and standard deviations of the model's acceleration and latent force there. */
 typedef struct { roln_real novelty, zdd[ROLN_(n)], force[ROLN_(n)]; } ROLN_(doubts);
 
-/* What NAME_doubt_ahead remembers of a roll-out, zero at its start: the covariance P of z, zd [2n][2n], and C [2n][n], theirs with
-   errors of one deviation. */
+/* Covariances of a roll-out for NAME_doubt_ahead, 0 at its start. P: of z, zd. C: of z, zd with errors of one deviation. */
 typedef struct { roln_real P[4 * ROLN_(n) * ROLN_(n)], C[2 * ROLN_(n) * ROLN_(n)]; } ROLN_(outlook);
 
 /* The torque that acted until this tick; number k, 0 .. ROLN_DELAY - 1, of those on their way. */
@@ -6109,8 +6108,8 @@ ROLN_FN roln_status ROLN_(fit_range)(ROLN_(params) *p, int count, const roln_rea
     return ROLN_OK;
 }
 
-/* What one sample of good motion asks of limits: range, novelty, distance from the manifold. ROLN_E_RANGE: it is outside of a range
-   that has no width; ROLN_E_NOT_FINITE: its novelty is no number. t [NAME_terms]: scratch. */
+/* Raises `most` to the limits that one sample of good motion needs: range, novelty, distance from the manifold. ROLN_E_RANGE: the
+   sample is outside of a range that has no width. ROLN_E_NOT_FINITE: its novelty is no number. t [NAME_terms]: scratch. */
 ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) *at, const ROLN_(latent) *s,
                                      const ROLN_(state) *decoded, roln_limits *most, roln_real *t)
 {
@@ -6599,7 +6598,8 @@ typedef struct {
     } u;
 } ROLN_(fit_doubt_work);
 
-/* Of window k of b the mean of what the model misses, of zdd and of the force M zdd, to w->error, and the novelty of its start. */
+/* Writes the mean error of the model over window k of b to w->error: of zdd, and of the force M zdd. *novelty: that of its
+   start. */
 ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, int k, roln_real dt, const roln_real *L,
                                    roln_real *novelty, ROLN_(fit_doubt_work) *w)
 {
