@@ -428,6 +428,8 @@ typedef struct {
     const roln_motors *motors; /* where they act, and torques are theirs; NULL: at each joint, or the learned inputs */
     const roln_real *evidence; /* NAME_evidence.L of the states that are known; NULL: novelty is not checked */
     roln_real novelty;         /* largest novelty of a state (NAME_doubt) */
+    roln_real false_alarms; /* part of the windows of good motion that may be beyond `residual`, which the guard then lets follow them
+                               (rolni_alarm); 0: `residual` is a fixed limit of the running mean */
 } roln_limits; /* torques: the count of motors with a B, else NAME_force_size */
 
 /* How new a state is to a model. t [m] are the terms of the state: 1, its variables and products of their polynomials. With A the
@@ -479,17 +481,22 @@ typedef struct {
     roln_real energy, power;
     roln_real residual; /* of the energy rate, W, averaged over limits.residual_window */
     roln_real allocation_residual; /* of the last tau_z that motors had to make, the part that they could not (NAME_allocate) */
+    /* with limits.false_alarms */
+    roln_real sum, raised; /* of the residuals of this window; alarms beyond those that were expected */
+    int ticks, quiet;      /* of this window; windows since `raised` was written */
+    int alarm;             /* 1: the last window was beyond the limit */
 } roln_guard;
 
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
 ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
 {
-    const roln_real bound[8] = {limits->dt,          limits->margin,       limits->residual, limits->tau,
-                                limits->q_tolerance, limits->qd_tolerance, limits->rate,     limits->novelty};
+    const roln_real bound[9] = {limits->dt,           limits->margin, limits->residual, limits->tau,         limits->q_tolerance,
+                                limits->qd_tolerance, limits->rate,   limits->novelty,  limits->false_alarms};
     const roln_real *const each[2] = {limits->tau_each, limits->rate_each};
-    int i, k, valid = roln_all_finite(8, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
-    for (i = 1; i < 8; i++)
+    int i, k, valid = roln_all_finite(9, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
+    for (i = 1; i < 9; i++)
         valid &= bound[i] >= 0;
+    valid &= limits->false_alarms < 1;
     for (k = 0; k < 2; k++)
         for (i = 0; each[k] && i < nu; i++)
             valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
@@ -586,6 +593,37 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
     return limits->q_tolerance > 0 || limits->qd_tolerance > 0 || limits->residual > 0;
 }
 
+/* The limit of the mean residual of a window, with limits->false_alarms = a:
+       residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   |f| <= 16
+   (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are a W and the change of f, whatever the
+   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a quiet, so that small a are not
+   lost in rounding. */
+ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g)
+{
+    const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->quiet);
+    return !roln_finite(f) ? 0 : f < -16 ? -16 : f > 16 ? 16 : f;
+}
+
+ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_guard *g)
+{
+    return limits->residual * roln_exp(rolni_raised(limits, g) / 8);
+}
+
+/* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. */
+ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
+{
+    const int window = ROLN_MAX(limits->residual_window, 1);
+    const int last = g->ticks < 0 || g->ticks >= window - 1;
+    g->sum += r, g->ticks = last ? 0 : g->ticks + 1;
+    if (!last) return 0;
+    r = g->sum / ROLNI_AS(roln_real, window);
+    g->sum = 0, g->residual = roln_finite(r) ? r : 0;
+    g->alarm = !(ROLN_ABS(r) <= rolni_residual_limit(limits, g));
+    g->quiet = g->quiet < 0 || g->quiet > 1024 ? 1 : g->quiet + 1;
+    if (g->alarm || g->quiet == 1024) g->raised = rolni_raised(limits, g) + (g->alarm ? 1 : 0), g->quiet = 0;
+    return g->alarm;
+}
+
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
    before: the power at its end, under the torque of the last tick. Its mean over limits->residual_window is kept in g. Nonzero if
    that is too large. */
@@ -593,8 +631,9 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
 {
     const roln_real window = ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS));
     roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
+    if (limits->false_alarms > 0) return rolni_alarm(limits, r, g);
     if (window > 1) r = g->residual + (r - g->residual) / window;
-    g->residual = roln_finite(r) ? r : 0;
+    g->alarm = 0, g->residual = roln_finite(r) ? r : 0;
     return !(ROLN_ABS(r) <= limits->residual);
 }
 
@@ -1913,6 +1952,7 @@ ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
 }
 
 #define ROLNI_HALVINGS 60 /* of noise.tau in NAME_fit_noise */
+#define ROLNI_TAIL 128 /* parts of an interval of residuals in NAME_fit_limits */
 
 /* Deviation of the noise of each joint, q_each [N], from fourth differences of the positions, which motion that is slow beside dt
    hardly has: their variance is 70 times that of white noise. */
@@ -3864,10 +3904,11 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->valid && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
     }
+    if (!known || !g->valid) g->sum = 0, g->ticks = g->alarm = 0; /* the next window begins */
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
-    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : 0;
+    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : g->alarm ? g->bad : 0;
 #if ROLN_DELAY > 0
     for (i = 0; i < ROLN_(delay); i++) /* the torque of the last tick is on its way, whatever comes of this one */
         rolni_copy(ROLN_(force_size), ROLNI_COMING(guard, i), guard->sent[i]);
@@ -6062,6 +6103,8 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
 
 /* ---- 15 range, limits and noise from recordings ---------------------------------------------- */
 
+#define ROLNI_TAIL 128 /* parts of an interval of residuals */
+
 /* Low and high z, largest |zd| [n] over the first samples of the windows of b. Status of NAME_encode; then they are scratch. */
 ROLN_FN roln_status ROLNI_(range)(const ROLN_(params) *p, const roln_batch *b, roln_real *low, roln_real *high, roln_real *top,
                                   ROLN_(encode_work) *w)
@@ -6134,12 +6177,14 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     return ROLN_OK;
 }
 
-/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; of each joint the largest torque and change */
+/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; of each joint the largest torque and change; how many
+   residuals of windows are in each part of an interval */
 typedef struct {
     ROLN_(state) at, decoded;
     ROLN_(latent) s;
     ROLN_(guard) guard;
     roln_real top[ROLN_(force_size)], rise[ROLN_(force_size)];
+    uint32_t parts[ROLNI_TAIL];
     union {
         ROLN_(encode_work) encode;
         ROLN_(decode_work) decode;
@@ -6148,12 +6193,61 @@ typedef struct {
     } u;
 } ROLN_(fit_limits_work);
 
+/* Sample h of recording k to `most` (ROLNI_(fit_seen)), unless that is NULL, and to a guard without limits. */
+ROLN_FN roln_status ROLNI_(fit_tick)(const ROLN_(params) *p, const roln_batch *b, const roln_limits *open, int k, int h,
+                                     roln_limits *most, ROLN_(fit_limits_work) *w)
+{
+    const size_t N = ROLN_(N), size = ROLN_(force_size), at = rolni_sample(b, k, h);
+    const roln_real *const tau = b->tau ? b->tau + at * size : NULL;
+    roln_status st;
+    if (h == 0) memset(&w->guard, 0, sizeof w->guard);
+    rolni_copy(ROLN_(N), b->q + at * N, w->at.q);
+    rolni_copy(ROLN_(N), b->qd + at * N, w->at.qd);
+    st = ROLN_(encode)(p, &w->at, &w->s, &w->u.encode);
+    if (st == ROLN_OK && most) st = ROLN_(decode)(p, &w->s, &w->decoded, &w->u.decode);
+    if (st == ROLN_OK && most) st = ROLNI_(fit_seen)(p, &w->at, &w->s, &w->decoded, most, w->u.t);
+    if (st != ROLN_OK) return st;
+#if ROLN_DELAY > 0
+    if (tau) rolni_copy(ROLN_(force_size), tau, ROLNI_COMING(&w->guard, 0)); /* it acts now */
+#endif
+    if (ROLN_(guard_tick)(p, open, &w->at, &w->s, tau ? tau : ROLNI_ACTING(&w->guard), &w->guard, &w->u.guard_tick))
+        return ROLN_E_NOT_FINITE;
+    return ROLN_OK;
+}
+
+/* *residual, the largest of all windows of b, becomes the one that `rank` windows are at or beyond, rounded up by at most 2^-14 of
+   the largest. */
+ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const roln_limits *open, uint32_t rank,
+                                     roln_real *residual, ROLN_(fit_limits_work) *w)
+{
+    roln_real low = 0, wide = *residual;
+    int pass, k, h, part;
+    for (pass = 0; pass < 2; pass++) {
+        uint32_t above = 0;
+        memset(w->parts, 0, sizeof w->parts);
+        for (k = 0; k < b->count; k++)
+            for (h = 0; h <= b->steps; h++) {
+                const roln_status st = ROLNI_(fit_tick)(p, b, open, k, h, NULL, w);
+                const roln_real x = (ROLN_ABS(w->guard.g.residual) - low) / wide * ROLNI_TAIL;
+                if (st != ROLN_OK) return st;
+                if (h == 0 || w->guard.g.ticks > 0 || !(x >= 0)) continue;
+                if (x < ROLNI_TAIL) w->parts[ROLNI_AS(int, x)]++;
+                else above++;
+            }
+        for (part = ROLNI_TAIL - 1; part > 0 && above + w->parts[part] < rank; part--)
+            above += w->parts[part];
+        wide /= ROLNI_TAIL, low += ROLNI_AS(roln_real, part) * wide;
+    }
+    *residual = low + wide;
+    return ROLN_OK;
+}
+
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   residual_window, strict, safe and evidence are yours and stay. margin, residual, q_tolerance, qd_tolerance and, with evidence,
-   novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not checked, where
-   nothing was needed. With
-   b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
+   residual_window, strict, safe, evidence and false_alarms are yours and stay. margin, residual, q_tolerance, qd_tolerance and,
+   with evidence, novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not
+   checked, where nothing was needed. With false_alarms = a the residual is no such multiple: of W windows of residual_window ticks
+   the a (W + 1) with the largest are at it or beyond (split conformal prediction), if that is at least one. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
    to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
    ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
    residual_window negative, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there
@@ -6163,11 +6257,14 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
                                       roln_real tau_each[ROLN_AT_LEAST(ROLN_(force_size))],
                                       roln_real rate_each[ROLN_AT_LEAST(ROLN_(force_size))], ROLN_(fit_limits_work) *w)
 {
-    const size_t N = ROLN_(N), size = ROLN_(force_size);
+    const size_t size = ROLN_(force_size);
     const int force_size = ROLN_(force_size), torques = b->tau && (!l->motors || !l->motors->B);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->residual_window, 0, 0, NULL, NULL, NULL, NULL, NULL, 0}, most = *l;
-    roln_real *const held = ROLNI_ACTING(&w->guard), *const top = w->top, *const rise = w->rise;
+    roln_limits open = {l->dt, none, none, none, 0,    0,    0,    l->residual_window, 0,
+                        0,     NULL, NULL, NULL, NULL, NULL, 0,    l->false_alarms},
+                most = *l;
+    roln_real *const top = w->top, *const rise = w->rise;
+    uint32_t windows = 0, rank;
     int k, h, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
@@ -6175,31 +6272,26 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     most.margin = most.residual = most.q_tolerance = most.qd_tolerance = most.novelty = 0;
     rolni_zero(force_size, top);
     rolni_zero(force_size, rise);
-    for (k = 0; k < b->count; k++) {
-        memset(&w->guard, 0, sizeof w->guard);
+    for (k = 0; k < b->count; k++)
         for (h = 0; h <= b->steps; h++) {
-            const size_t at = rolni_sample(b, k, h);
-            const roln_real *tau = b->tau ? b->tau + at * size : NULL;
-            roln_status st;
-            rolni_copy(ROLN_(N), b->q + at * N, w->at.q);
-            rolni_copy(ROLN_(N), b->qd + at * N, w->at.qd);
-            st = ROLN_(encode)(p, &w->at, &w->s, &w->u.encode);
-            if (st == ROLN_OK) st = ROLN_(decode)(p, &w->s, &w->decoded, &w->u.decode);
-            if (st == ROLN_OK) st = ROLNI_(fit_seen)(p, &w->at, &w->s, &w->decoded, &most, w->u.t);
+            const roln_real *const tau = torques ? b->tau + rolni_sample(b, k, h) * size : NULL;
+            const roln_status st = ROLNI_(fit_tick)(p, b, &open, k, h, &most, w);
             if (st != ROLN_OK) return st;
             for (i = 0; i < force_size && tau; i++) {
                 top[i] = ROLN_MAX(top[i], ROLN_ABS(tau[i]));
-                if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);
+                if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - *(tau - size + i)) / l->dt);
             }
-#if ROLN_DELAY > 0
-            if (tau) rolni_copy(force_size, tau, ROLNI_COMING(&w->guard, 0)); /* it acts now */
-#endif
-            if (ROLN_(guard_tick)(p, &open, &w->at, &w->s, tau ? tau : held, &w->guard, &w->u.guard_tick)) return ROLN_E_NOT_FINITE;
             most.residual = ROLN_MAX(most.residual, ROLN_ABS(w->guard.g.residual));
+            windows += h > 0 && w->guard.g.ticks == 0;
         }
-    }
+    rank = ROLNI_AS(uint32_t, l->false_alarms * ROLNI_AS(roln_real, windows + 1));
+    if (rank > 0) {
+        const roln_status st = ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
+        if (st != ROLN_OK) return st;
+    } else
+        most.residual *= slack;
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
-    most.residual *= slack, most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;
+    most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
         if (top[i] > 0 && !(rise[i] > 0)) return ROLN_E_RANGE;

@@ -330,6 +330,7 @@ static void put_limits(FILE *f)
     fprintf(f, l->evidence ? "    " STRING(MODEL) "_known.L, /* evidence: the states that were trained with */\n"
                            : "    0, /* evidence: none, novelty is not checked */\n");
     put_constant(f, l->novelty, l->evidence ? "novelty: %d times the largest of the recordings" : "novelty: not checked", SLACK);
+    put_constant(f, 0, "false_alarms: none, residual is a fixed limit");
     fprintf(f, "};\n");
 }
 

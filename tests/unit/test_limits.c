@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Limits of the guard: what NAME_fit_limits finds in recordings is the least that is silent along them; the residual of energy of
-   true motion, under forces that nobody knows, through encoders, and its mean over a window. */
+   true motion, under forces that nobody knows, through encoders, its mean over a window, and a limit of it that follows. */
 
 #ifdef ROLN_DOUBLE
 /* All of them driven by torques of the joints, with the integrator that errs least. */
@@ -54,6 +54,132 @@ static void test_guard_window(int k)
     CHECK(k == BARE || k == SQUARE || (found > 10 && quiet > 10));
     b.g.residual = (roln_real)NAN; /* a damaged one is a fault, and gone */
     CHECK(tick(k, &b) == ROLN_FAULT_ENERGY && roln_finite(b.g.residual) && tick(k, &b) == 0);
+}
+
+/* Limits that follow: a guard of its own that gets the residuals by way of its energies. */
+typedef struct {
+    roln_limits l;
+    roln_guard g;
+    ld f;    /* the twin: alarms beyond those that were expected, within 16 */
+    ld mean; /* of the residuals of this window */
+    long alarms, windows;
+} followed;
+
+static void follow(followed *x, int window, roln_real a, roln_real limit)
+{
+    memset(x, 0, sizeof *x);
+    x->l.dt = 1, x->l.residual = limit, x->l.residual_window = window, x->l.false_alarms = a;
+}
+
+/* A tick whose energy residual is r: the guard, and its twin. Nonzero if the guard speaks. */
+static int residual_is(followed *x, roln_real r)
+{
+    const rolni_balance b = {r, 0};
+    const int window = x->l.residual_window > 0 ? x->l.residual_window : 1;
+    const ld limit = (ld)x->l.residual * expl(x->f / 8), a = (ld)x->l.false_alarms;
+    const int last = x->g.ticks == window - 1;
+    const int speaks = rolni_unbalanced(&x->l, &b, 0, &x->g);
+    x->mean += (ld)r;
+    if (!last) {
+        CHECK(!speaks);
+        return 0;
+    }
+    x->mean /= window, x->windows++, x->alarms += speaks;
+    CHECK_NEAR(x->g.residual, x->mean, window * (ld)ROLN_EPS * (fabsl(x->mean) + 100));
+    if (fabsl(fabsl(x->mean) - limit) > 1e-3L * limit) CHECK(speaks == (fabsl(x->mean) > limit));
+    x->f += (speaks ? 1 : 0) - a;
+    x->f = x->f < -16 ? -16 : x->f > 17 - a ? 17 - a : x->f; /* 16 in front of the last window */
+    CHECK_NEAR(rolni_raised(&x->l, &x->g), x->f > 16 ? 16 : x->f, 1e-3L);
+    x->mean = 0;
+    return speaks;
+}
+
+/* A million windows whose residuals change by times: the rate of alarms is the one that was asked for, and their number is what the
+   recursion says to one. Without following it is not. */
+static void test_follow(void)
+{
+    static const roln_real rate[2] = {ROLN_C(0.01), ROLN_C(0.0001)};
+    const long windows = check_sample ? 200000 : 1000000;
+    int pass;
+    for (pass = 0; pass < 2; pass++) {
+        static followed x;
+        uint64_t s = 77;
+        long t, fixed = 0;
+        const roln_real limit = pass ? ROLN_C(3.9) : ROLN_C(2.6);
+        follow(&x, 1, rate[pass], limit);
+        for (t = 0; t < windows; t++) {
+            const roln_real drift = roln_exp(ROLN_C(0.7) * (roln_real)sin(6.3 * (double)t / (double)windows));
+            const roln_real r = drift * roln_normal(&s);
+            (void)residual_is(&x, r);
+            fixed += ROLN_ABS(r) > limit;
+        }
+        CHECK(fabsl((ld)x.alarms - (ld)windows * (ld)rate[pass] - x.f) < 0.5L + 1e-2L * (ld)x.alarms);
+        if (!check_sample || pass == 0) {
+            BOUND("guard, rate of alarms over a million windows that drift", fabsl((ld)x.alarms / ((ld)windows * (ld)rate[pass]) - 1),
+                  0.2);
+            CHECK(fixed > (long)(2 * (double)rate[pass] * (double)windows));
+        }
+    }
+}
+
+/* Bounds of the limit, windows of several ticks, damaged guards. */
+static void test_follow_edges(void)
+{
+    const int odd[4] = {0, -1, 0x7fffffff, -0x7fffffff - 1};
+    followed x;
+    uint64_t s = 78;
+    int t, i;
+    follow(&x, 5, ROLN_C(0.1), 1);
+    for (t = 0; t < 5000; t++)
+        (void)residual_is(&x, roln_normal(&s));
+    CHECK(x.windows == 1000 && x.alarms > 50);
+    for (t = 0; t < 500; t++) /* a force that stays: the limit ends at e^2 times what it was */
+        (void)residual_is(&x, 1000);
+    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(2), 1e-5L);
+    follow(&x, 1, ROLN_C(0.5), 1);
+    for (t = 0; t < 3000; t++) /* quiet: it falls to e^-2 */
+        (void)residual_is(&x, 0);
+    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(-2), 1e-6L);
+    for (i = 0; i < 4; i++) { /* any bits: a limit within e^+-2, or the same, and the next windows are counted again */
+        rolni_balance b = {2, 0};
+        follow(&x, 4, ROLN_C(0.25), 1);
+        x.g.ticks = x.g.quiet = x.g.alarm = odd[i], x.g.sum = (roln_real)NAN, x.g.raised = i % 2 ? (roln_real)INFINITY : -1e9f;
+        for (t = 0; t < 9; t++)
+            (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
+        CHECK(x.g.ticks >= 0 && x.g.ticks < 4 && x.g.quiet >= 0 && x.g.quiet <= 1024 && roln_finite(x.g.raised));
+        CHECK(roln_finite(x.g.residual) && x.g.alarm == 1 && rolni_residual_limit(&x.l, &x.g) <= ROLN_C(7.39));
+    }
+    for (i = 0; i < 4; i++) {
+        const roln_real wrong[4] = {1, -ROLN_C(0.1), (roln_real)NAN, 2};
+        follow(&x, 4, wrong[i], 1);
+        x.l.tau = 1;
+        CHECK(!rolni_limits_valid(&x.l, 1));
+    }
+}
+
+/* A guard with false_alarms: a window beyond the limit is a bad tick, ticks up to the next window are good and do not forget it,
+   and hold + 1 such windows in a row stop the motors. */
+static void test_alarm_expires(int k)
+{
+    enum { WINDOW = 3, HOLD = 2 };
+    static rig x;
+    const int n = n_OF(k);
+    int t, bad = 0;
+    good(k, &x);
+    memset(&x.g, 0, sizeof x.g);
+    x.limits.residual = ROLN_C(1e-4), x.limits.false_alarms = ROLN_C(0.01), x.limits.residual_window = WINDOW, x.limits.hold = HOLD;
+    for (t = 0; t < 1 + WINDOW * (HOLD + 1); t++) {
+        uint32_t f;
+        fill(n, (roln_real)t / 32, x.zd); /* energy from nowhere */
+        f = tick(k, &x);
+        CHECK((f & ~ROLN_FAULT_EXPIRED) == (t > 0 && t % WINDOW == 0 ? ROLN_FAULT_ENERGY : 0));
+        bad += f != 0;
+        CHECK(x.g.bad == (bad > HOLD ? -1 : bad));
+    }
+    CHECK(x.g.bad == -1 && (x.g.faults & ROLN_FAULT_EXPIRED));
+    good(k, &x); /* the check is left out: what was found before is forgotten */
+    x.limits.false_alarms = ROLN_C(0.01), x.g.alarm = 1, x.g.bad = 1, x.limits.residual = 0;
+    CHECK(tick(k, &x) == 0 && x.g.bad == 0 && x.g.alarm == 0);
 }
 
 /* ---- limits from recordings ------------------------------------------------------------------- */
@@ -208,6 +334,43 @@ static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, cons
     fill(n_OF(k), 99, start->zd_max);
 }
 
+/* With false_alarms the residual is that of the window whose rank is a (W + 1) from above, by sorting them. */
+static void check_fit_tail(int k, const recordings *r, const rig *start, const roln_batch *b, const roln_limits *from)
+{
+    enum { WINDOW = 2, WINDOWS = RUNS * ((TICKS - 1) / WINDOW) };
+    static rig x;
+    const instance m = of_rig(k, start);
+    const int N = N_OF(k), F = F_OF(k);
+    roln_real each[MAXN], rates[MAXN], found[WINDOWS];
+    roln_limits l = *from;
+    int t, i, rank, count = 0;
+    for (t = 0; t < RUNS * TICKS; t++) { /* largest first */
+        if (t % TICKS == 0) {
+            x = *start, memset(&x.g, 0, sizeof x.g);
+            x.limits = *from, x.limits.tau = x.limits.residual = x.limits.margin = ROLN_C(1e30), x.limits.strict = 0;
+            x.limits.residual_window = WINDOW, x.limits.false_alarms = ROLN_C(0.5);
+        }
+        memcpy(x.q, r->q + t * N, sizeof *x.q * (size_t)N), memcpy(x.qd, r->qd + t * N, sizeof *x.qd * (size_t)N);
+        memcpy(x.want, r->tau + t * F, sizeof *x.want * (size_t)F);
+        CHECK_OK(m.of->encode(&m, x.q, x.qd, x.z, x.zd, spare));
+        CHECK(tick(k, &x) == 0);
+        if (t % TICKS == 0 || x.g.ticks > 0) continue;
+        for (i = count++; i > 0 && found[i - 1] < ROLN_ABS(x.g.residual); i--)
+            found[i] = found[i - 1];
+        found[i] = ROLN_ABS(x.g.residual);
+    }
+    CHECK(count == WINDOWS);
+    l.residual_window = WINDOW;
+    for (rank = 0; rank < WINDOWS; rank++) {
+        l.false_alarms = (roln_real)(rank + 0.5) / (WINDOWS + 1);
+        CHECK_OK(m.of->fit_limits(&m, b, 3, &l, each, rates, ROOM(fit_limits)));
+        ROOM_KEPT();
+        if (rank == 0) CHECK(all(1, &l.residual, 3 * found[0])); /* too few windows: slack times the largest */
+        else CHECK_NEAR(l.residual, (ld)found[rank - 1], (ld)found[0] * (1 / 16384.L + 16 * (ld)ROLN_EPS));
+        if (rank > 0) CHECK(l.residual >= found[rank - 1] * (1 - 16 * ROLN_EPS));
+    }
+}
+
 static void test_fit_limits(int k)
 {
     static recordings r;
@@ -255,6 +418,7 @@ static void test_fit_limits(int k)
     CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
     CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
     check_fit_rest(k, &start, &b, &was);
+    check_fit_tail(k, &r, &start, &b, &was);
     check_fit_refused(k, &r, &start, &b, &was);
 }
 
@@ -399,12 +563,15 @@ static void test_guard_encoder(int k)
 void TEST_NAME(limits)(void)
 {
     int k;
+    test_follow();
+    test_follow_edges();
     for (k = 0; k < MODELS; k++) {
 #ifdef ROLN_DOUBLE
         test_guard_energy(k);
         test_guard_encoder(k);
 #endif
         test_guard_window(k);
+        test_alarm_expires(k);
         test_fit_limits(k);
     }
     print_bounds();

@@ -10,17 +10,12 @@ void TEST_NAME(scratch_training)(void);
 /* Limits and noise of a recording. */
 static void use_recording(int k, const instance *m, const roln_real *x)
 {
-    enum { TERMS_MAX = 200 };
-    static roln_real seen[ROLN_TRI(TERMS_MAX)]; /* I: novelty asks for all of its scratch */
     const int N = N_OF(k);
     const roln_batch b = {1, 1, 1, NULL, x, x + 2 * N, NULL, x};
     const roln_batch positions = {1, 1, 1, NULL, x, NULL, NULL, x};
-    roln_limits limits = {.dt = dt, .evidence = seen};
+    roln_limits limits = {.dt = dt, .evidence = all_known()};
     roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
     roln_real each[MAXN], rates[MAXN];
-    int i;
-    for (i = 0; i < TERMS_MAX; i++)
-        seen[ROLN_TRI(i) + i] = 1;
     USE(fit_limits, m->of->fit_limits(m, &b, 1, &limits, each, rates, work));
     USE(fit_noise, m->of->fit_noise(m, &positions, &noise, each, NULL, work));
 }
