@@ -482,9 +482,9 @@ typedef struct {
     roln_real residual; /* of the energy rate, W, averaged over limits.residual_window */
     roln_real allocation_residual; /* of the last tau_z that motors had to make, the part that they could not (NAME_allocate) */
     /* with limits.false_alarms */
-    roln_real sum, raised; /* of the residuals of this window; alarms beyond those that were expected */
-    int ticks, quiet;      /* of this window; windows since `raised` was written */
-    int alarm;             /* 1: the last window was beyond the limit */
+    roln_real sum, raised; /* of the residuals of this window; alarms beyond those that were expected, until the last one */
+    int ticks;             /* of this window */
+    uint32_t since;        /* windows since the last alarm */
 } roln_guard;
 
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
@@ -596,11 +596,11 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 /* The limit of the mean residual of a window, with limits->false_alarms = a:
        residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   |f| <= 16
    (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are a W and the change of f, whatever the
-   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a quiet, so that small a are not
+   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a since, so that small a are not
    lost in rounding. */
 ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g)
 {
-    const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->quiet);
+    const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->since);
     return !roln_finite(f) ? 0 : f < -16 ? -16 : f > 16 ? 16 : f;
 }
 
@@ -612,16 +612,23 @@ ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_gua
 /* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. */
 ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
 {
-    const int window = ROLN_MAX(limits->residual_window, 1);
-    const int last = g->ticks < 0 || g->ticks >= window - 1;
+    const int window = ROLN_MAX(limits->residual_window, 1), last = g->ticks < 0 || g->ticks >= window - 1;
+    int alarm;
     g->sum += r, g->ticks = last ? 0 : g->ticks + 1;
     if (!last) return 0;
     r = g->sum / ROLNI_AS(roln_real, window);
     g->sum = 0, g->residual = roln_finite(r) ? r : 0;
-    g->alarm = !(ROLN_ABS(r) <= rolni_residual_limit(limits, g));
-    g->quiet = g->quiet < 0 || g->quiet > 1024 ? 1 : g->quiet + 1;
-    if (g->alarm || g->quiet == 1024) g->raised = rolni_raised(limits, g) + (g->alarm ? 1 : 0), g->quiet = 0;
-    return g->alarm;
+    alarm = !(ROLN_ABS(r) <= rolni_residual_limit(limits, g));
+    g->since += g->since < UINT32_MAX;
+    if (alarm) g->raised = rolni_raised(limits, g) + 1, g->since = 0;
+    return alarm;
+}
+
+/* Nonzero if the next alarm would be one in a row: after 1 / (16 a) windows at most. Of all false alarms, if they are independent, one
+   in 16^k is followed by k more in a row. */
+ROLN_FN int rolni_alarmed(const roln_limits *limits, const roln_guard *g)
+{
+    return limits->false_alarms > 0 && 16 * limits->false_alarms * ROLNI_AS(roln_real, g->since) <= 1;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
@@ -633,7 +640,7 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
     roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
     if (limits->false_alarms > 0) return rolni_alarm(limits, r, g);
     if (window > 1) r = g->residual + (r - g->residual) / window;
-    g->alarm = 0, g->residual = roln_finite(r) ? r : 0;
+    g->residual = roln_finite(r) ? r : 0;
     return !(ROLN_ABS(r) <= limits->residual);
 }
 
@@ -3904,11 +3911,11 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->valid && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
     }
-    if (!known || !g->valid) g->sum = 0, g->ticks = g->alarm = 0; /* the next window begins */
+    if (!known || !g->valid) g->sum = 0, g->ticks = 0; /* the next window begins */
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
-    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : g->alarm ? g->bad : 0;
+    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : rolni_alarmed(limits, g) ? g->bad : 0;
 #if ROLN_DELAY > 0
     for (i = 0; i < ROLN_(delay); i++) /* the torque of the last tick is on its way, whatever comes of this one */
         rolni_copy(ROLN_(force_size), ROLNI_COMING(guard, i), guard->sent[i]);

@@ -143,11 +143,11 @@ static void test_follow_edges(void)
     for (i = 0; i < 4; i++) { /* any bits: a limit within e^+-2, or the same, and the next windows are counted again */
         rolni_balance b = {2, 0};
         follow(&x, 4, ROLN_C(0.25), 1);
-        x.g.ticks = x.g.quiet = x.g.alarm = odd[i], x.g.sum = (roln_real)NAN, x.g.raised = i % 2 ? (roln_real)INFINITY : -1e9f;
+        x.g.ticks = odd[i], x.g.since = (uint32_t)odd[i], x.g.sum = (roln_real)NAN, x.g.raised = i % 2 ? (roln_real)INFINITY : -1e9f;
         for (t = 0; t < 9; t++)
             (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
-        CHECK(x.g.ticks >= 0 && x.g.ticks < 4 && x.g.quiet >= 0 && x.g.quiet <= 1024 && roln_finite(x.g.raised));
-        CHECK(roln_finite(x.g.residual) && x.g.alarm == 1 && rolni_residual_limit(&x.l, &x.g) <= ROLN_C(7.39));
+        CHECK(x.g.ticks >= 0 && x.g.ticks < 4 && roln_finite(x.g.raised));
+        CHECK(roln_finite(x.g.residual) && rolni_residual_limit(&x.l, &x.g) <= ROLN_C(7.39));
     }
     for (i = 0; i < 4; i++) {
         const roln_real wrong[4] = {1, -ROLN_C(0.1), (roln_real)NAN, 2};
@@ -157,8 +157,8 @@ static void test_follow_edges(void)
     }
 }
 
-/* A guard with false_alarms: a window beyond the limit is a bad tick, ticks up to the next window are good and do not forget it,
-   and hold + 1 such windows in a row stop the motors. */
+/* A guard with false_alarms: a window beyond the limit is a bad tick, the good ticks behind it do not forget it for 1 / (16 a)
+   windows, and hold + 1 in a row stop the motors. */
 static void test_alarm_expires(int k)
 {
     enum { WINDOW = 3, HOLD = 2 };
@@ -177,9 +177,12 @@ static void test_alarm_expires(int k)
         CHECK(x.g.bad == (bad > HOLD ? -1 : bad));
     }
     CHECK(x.g.bad == -1 && (x.g.faults & ROLN_FAULT_EXPIRED));
-    good(k, &x); /* the check is left out: what was found before is forgotten */
-    x.limits.false_alarms = ROLN_C(0.01), x.g.alarm = 1, x.g.bad = 1, x.limits.residual = 0;
-    CHECK(tick(k, &x) == 0 && x.g.bad == 0 && x.g.alarm == 0);
+    good(k, &x); /* quiet for 1 / (16 a) = 6.25 windows: forgotten */
+    x.limits.false_alarms = ROLN_C(0.01), x.limits.residual_window = WINDOW, x.limits.residual = ROLN_C(1e6), x.g.bad = 1;
+    for (t = 1; t <= 7 * WINDOW; t++)
+        CHECK(tick(k, &x) == 0 && x.g.since == (uint32_t)(t / WINDOW) && x.g.bad == (t < 7 * WINDOW));
+    x.g.bad = 1, x.g.since = 0, x.limits.false_alarms = 0; /* and at once without false_alarms */
+    CHECK(tick(k, &x) == 0 && x.g.bad == 0);
 }
 
 /* ---- limits from recordings ------------------------------------------------------------------- */
