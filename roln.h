@@ -2912,11 +2912,13 @@ ROLNI_INTS
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(centres) = 8, /* states whose gains an observer holds */
-    /* of NAME_doubt: degree of the polynomials of z, so that 4 coordinates take 20 kB; is there the square of a state; terms */
+    /* of NAME_doubt: is there the square of a state; degree of the polynomials of z, so that 4 coordinates take 24 kB, and of those of
+       one number of x alone; terms */
     ROLN_(squared) = ROLN_(n) < 9,
     ROLN_(degree_z) = ROLN_(into) < 3 ? 8 : ROLN_(into) < 4 ? 6 : ROLN_(into) < 5 ? 4 : ROLN_(into) < 6 ? 3 : 2 * ROLN_(squared),
-    ROLN_(monomials_z) = ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_z)),
-    ROLN_(terms) = 1 + ROLN_(into) + ROLN_(monomials_z) + ROLN_(n) + ROLN_(squared) * (ROLN_(n) * ROLN_(into) + ROLN_TRI(ROLN_(n))),
+    ROLN_(degree_x) = ROLN_(squared) ? ROLN_MAX(ROLN_(degree_z), 6) : 0,
+    ROLN_(of_x) = ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_z)) + ROLN_(into) * (ROLN_(degree_x) - ROLN_(degree_z)),
+    ROLN_(terms) = 1 + ROLN_(into) + ROLN_(of_x) + ROLN_(n) + ROLN_(squared) * (ROLN_(n) * ROLN_(into) + ROLN_TRI(ROLN_(n))),
     ROLN_(guard_x) = ROLN_MAX(ROLNI_TAU(ROLN_, 1), ROLN_(terms)), /* scratch of the guard */
     ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
     ROLN_(looks) = ROLN_MAX(ROLN_(leaps), ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
@@ -3785,14 +3787,14 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
     return in;
 }
 
-/* t [NAME_terms] of a state: 1; x, what the networks see of z, but with the range of what is no angle as -1 .. 1; polynomials of x;
-   v = zd / zd_max; and with up to 8 coordinates all v_i x_j and v_i v_j: M, V and R may be any functions of z, but forces are
+/* t [NAME_terms] of a state: 1; x, what the networks see of z, but with the range of what is no angle as -1 .. 1; polynomials of x,
+   those of one number of it alone up to degree 6 at least: what lies outside of one is to show among many; v = zd / zd_max; and with up to 8 coordinates all v_i x_j and v_i v_j: M, V and R may be any functions of z, but forces are
    quadratic in zd. */
 ROLN_FN void ROLNI_(terms_of)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, roln_real *t)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     const int n = ROLN_(n), into = ROLN_(into);
-    roln_real *const x = t + 1, *const v = x + into + ROLN_(monomials_z), *more = v + n;
+    roln_real *const x = t + 1, *const v = x + into + ROLN_(of_x), *more = v - into * (ROLN_(degree_x) - ROLN_(degree_z));
     int i, j;
     t[0] = 1;
     if (lnn->angles) rolni_see(lnn, 1, z, x);
@@ -3801,7 +3803,14 @@ ROLN_FN void ROLNI_(terms_of)(const ROLN_(params) *p, const roln_real *z, const 
         v[i] = zd[i] / p->zd_max[i];
     }
     rolni_polynomials(into, ROLN_(degree_z), 1, x, 0, x + into, 0);
-    for (i = 0; i < n && ROLN_(squared); i++) {
+    for (i = 0; i < into; i++) {
+        roln_real last = 1, now = x[i], next;
+        for (j = 2; j <= ROLN_(degree_x); j++, last = now, now = next) {
+            next = 2 * x[i] * now - last;
+            if (j > ROLN_(degree_z)) *more++ = next;
+        }
+    }
+    for (more = v + n, i = 0; i < n && ROLN_(squared); i++) {
         for (j = 0; j < into; j++)
             *more++ = v[i] * x[j];
         for (j = 0; j <= i; j++)
@@ -5426,7 +5435,7 @@ typedef struct { roln_real t[ROLN_(terms)]; } ROLN_(doubt_work);
 
 /* How far the model can be off at a state: its novelty, and the standard deviations of the acceleration zdd and of the force on z
    that the model says there. ROLN_E_RANGE: e has seen no state; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4:
-   5,050 multiply-adds and 100 divisions. */
+   5,900 multiply-adds and 108 divisions. */
 ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s, ROLN_(doubts) *d,
                                  ROLN_(doubt_work) *w)
 {

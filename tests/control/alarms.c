@@ -7,7 +7,7 @@
 #include "arm.h"
 #include "arm_plant.h"
 #include "arm_weights.h"
-#include "unit/check.h"
+#include "../unit/check.h"
 #include <stdlib.h>
 
 enum { N = arm_N, RECORDED = 60000, WINDOW = 20, HOLD = 3, STEPS = 4096 };

@@ -46,6 +46,11 @@ static void T_(terms)(const DOUBTED(params) *p, const DOUBTED(latent) *s, ld *t)
     }
     t[0] = 1;
     made += products(into, x, DOUBTED(degree_z) > 0 ? DOUBTED(degree_z) : 1, 1, 0, t + made);
+    for (i = 0; i < into && n <= 8; i++) /* cos(k arccos x), for any x */
+        for (j = DOUBTED(degree_z) + 1; j <= 6; j++) {
+            const ld y = fabsl(x[i]), T = y > 1 ? coshl(j * acoshl(y)) : cosl(j * acosl(y));
+            t[made++] = x[i] < 0 && j % 2 ? -T : T;
+        }
     for (i = 0; i < n; i++)
         t[made++] = v[i];
     for (i = 0; i < n && n <= 8; i++) {
