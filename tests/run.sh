@@ -75,6 +75,7 @@ plans        build/plans test
 threads      sh tests/safety/threads.sh
 fast         sh tests/safety/fast.sh
 swing        build/swing test
+robust       build/robust test
 list         sh tests/compilers/list.sh
 rope         build/rope check
 lint         sh tests/user/lint.sh
