@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
-# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, next, heads,
-#                                       doubt, experiments, eig, bench
+# make deps installs what these need:   make test, check, record, learn, errors, control, plans, robust, rope, models, noise, next,
+#                                       heads, doubt, experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
 #                                       sizes, count, firmware, pil. make report wants Python with matplotlib
 
@@ -23,8 +23,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans models noise next heads doubt rope experiments rivals \
-        report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
+        sanitize mutants record learn real machines errors control plans robust models noise next heads doubt rope experiments \
+        rivals report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----
@@ -124,7 +124,7 @@ test:
 
 # Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_experiments generate record convert h5_cases \
-           pil machines plans swing alarms rope threads interrupts regression $(FUZZ:build/%=%)
+           pil machines plans swing alarms robust rope threads interrupts regression $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release
@@ -266,6 +266,7 @@ build/machines: $(call host,control/machines control/image unit/check)
 build/plans: $(call host,control/plans control/control mujoco/truth unit/check) build/host64/tests/control/offline.o
 build/swing: $(call host,control/swing unit/check)
 build/alarms: $(call host,control/alarms unit/check)
+build/robust: $(call host,control/robust unit/check)
 build/experiment $(ROWS:%=build/experiment_%): $(call host,experiments/experiment $(PARTS))
 $(ROWS:%=build/experiment_%): build/experiment_%: build/host32/tests/experiments/config/%.o
 SPEED = pend2 chart16_d4 layered16 chart16_d6 chart16_d8 rope_n10_d3 cloth_n10_d3 cloth_free_n10
@@ -277,8 +278,8 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing alarms experiment speed \
-                     $(ROWS:%=experiment_%) test_experiments test_opinf test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing alarms robust experiment \
+                     speed $(ROWS:%=experiment_%) test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors and a verdict.
@@ -333,6 +334,10 @@ plans: build/plans build/swing
 # a guard whose limit comes from a rate of false alarms: the rate while machines change, and what faults take to be found; minutes
 alarms: build/alarms
 	./build/alarms
+
+# soft limits of joints on machines that are 20 % off: motions that leave them, with limits tightened and not; two minutes
+robust: build/robust
+	./build/robust
 
 # a rope on a trolley: plans on its learned model, PD and the time-optimal solution on the true one: table and build/rope.svg
 rope: build/rope

@@ -121,6 +121,7 @@
        NAME_plan_next   with ROLN_PLAN: the torques ahead that reach a goal at the least cost within the motors' limits
        NAME_plan_follow ... the torque now, with feedback
        NAME_plan_linear ... A, B, c along it, for other solvers
+       NAME_plan_tighten  ... how far limits are tightened along it, for what the model does not know
        NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
        NAME_fit_noise   its noise, from recordings
        NAME_observer_tick  the same with gains that were computed beforehand, for small processors
@@ -984,6 +985,8 @@ typedef struct {
     const roln_real *rate;    /* [m] above 0; NULL: no limit of rates */
     const roln_real *last;    /* [m] u_-1, |last_j| <= most_j; read with rate only */
     const roln_real *most;    /* [m] above 0; NULL: 1, u is in units of its limits */
+    const roln_real *less;    /* [steps][m] |u_kj| <= most_j - less_kj, 0 or more, below most_j; NULL: 0. With limits of rate no
+                                 lower than (|last_j| + v) / 2, v what is left of it where it goes to 0 at a quarter of the rate */
 } roln_ocp;
 
 /* What roln_ocp_solve works on. Limits are sides of u_kj, 0 and 1 of its size, 2 and 3 of its rate: how far each is away, t, and
@@ -1083,6 +1086,18 @@ ROLNI_INLINE roln_real rolni_ocp_fall(const roln_ocp *p, int k, int j)
     return p->rate ? ROLN_MIN(ROLN_ABS(p->last[j]), ROLNI_AS(roln_real, k + 1) * (p->rate[j] / 4)) : 0;
 }
 
+/* The limit of |u_kj|: less than most, but above where |u_kj| is at the start, last - fall. */
+ROLNI_INLINE roln_real rolni_ocp_lower(roln_real most, roln_real less, roln_real last, roln_real fall)
+{
+    return ROLN_MAX(most - less, last - fall / 2);
+}
+
+ROLNI_INLINE roln_real rolni_ocp_top(const roln_ocp *p, int k, int j)
+{
+    const roln_real most = rolni_ocp_most(p, j);
+    return p->less ? rolni_ocp_lower(most, p->less[k * p->m + j], rolni_ocp_last(p, j), rolni_ocp_fall(p, k, j)) : most;
+}
+
 /* room and rate. No u costs less than the start unless sum_kj r_j (u - start)^2 <= 4 sum_kj g^2 / r_j, which bounds how far the
    best u_j is away, in any unit. */
 ROLN_FN void rolni_ocp_room(const rolni_ocp *b)
@@ -1123,9 +1138,9 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
     for (side = 0; side < b->sides; side++)
         for (i = 0; i < count; i++) {
             const int j = i % m, away = (side & 1) != (o->rate && o->last[j] < 0); /* from this side */
+            const roln_real last = rolni_ocp_last(o, j), room = ROLN_MIN(b->room[j], rolni_ocp_top(o, i / m, j) - last);
             const roln_real fall = rolni_ocp_fall(o, i / m, j), step = fall - rolni_ocp_fall(o, i / m - 1, j);
-            b->t[side * count + i] = side > 1 ? b->rate[j] + (away ? step : -step)
-                                              : b->room[j] + (away ? fall : 2 * rolni_ocp_last(o, j) - fall);
+            b->t[side * count + i] = side > 1 ? b->rate[j] + (away ? step : -step) : room + (away ? fall : 2 * last - fall);
         }
     for (i = 0; i < count; i++) {
         const roln_real reach = rolni_ocp_reach(b, i % m);
@@ -1304,7 +1319,7 @@ ROLN_FN roln_real rolni_ocp_length(const rolni_ocp *b, roln_real most, roln_real
 ROLN_FN roln_status rolni_ocp_check(const roln_ocp *p)
 {
     const int n = p->n, m = p->m, H = p->steps;
-    int j;
+    int i, j;
     if (n < 1 || m < 1 || H < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(H * n * n, p->A) || !roln_all_finite(H * n * m, p->B) || !roln_all_finite(H * n * n, p->Q) ||
         !roln_all_finite(H * n, p->q) || !roln_all_finite(m, p->r) || !roln_all_finite(m, p->ref) ||
@@ -1316,6 +1331,8 @@ ROLN_FN roln_status rolni_ocp_check(const roln_ocp *p)
         if (!roln_finite(most) || !(most > 0)) return ROLN_E_RANGE;
         if (p->rate && (!roln_finite(p->rate[j]) || !(p->rate[j] > 0) || !(ROLN_ABS(p->last[j]) <= most))) return ROLN_E_RANGE;
     }
+    for (i = 0; p->less && i < H * m; i++)
+        if (!(p->less[i] >= 0 && p->less[i] < rolni_ocp_most(p, i % m))) return ROLN_E_RANGE;
     return ROLN_OK;
 }
 
@@ -1324,7 +1341,7 @@ ROLN_FN void rolni_ocp_clip(const roln_ocp *p, roln_real *u)
 {
     int i;
     for (i = 0; i < p->steps * p->m; i++) {
-        const roln_real last = !p->rate ? 0 : i < p->m ? p->last[i] : u[i - p->m], most = rolni_ocp_most(p, i % p->m);
+        const roln_real last = !p->rate ? 0 : i < p->m ? p->last[i] : u[i - p->m], most = rolni_ocp_top(p, i / p->m, i % p->m);
         const roln_real low = p->rate ? ROLN_MAX(-most, last - p->rate[i % p->m]) : -most;
         const roln_real high = p->rate ? ROLN_MIN(most, last + p->rate[i % p->m]) : most;
         u[i] = u[i] < low ? low : u[i] > high ? high : u[i];
@@ -1356,10 +1373,10 @@ ROLN_FN roln_real rolni_ocp_gap(const rolni_ocp *b)
    other is never reached. In float, digits may leave more where the motion is unstable. *gap tells in all cases: the cost of u is
    at most that much above the least. u [steps][m], x [steps + 1][n] out; K [steps][m][n]: feedback u_k - K_k dx_k of least cost
    about x, in which what is at a limit hardly moves (with limits of rate for the u_k-1 of the solution). u, x, K hold no result
-   unless ROLN_OK. ROLN_E_LENGTH: a size, or iterations, below 1; ROLN_E_RANGE: most, rate or last; ROLN_E_NOT_SPD: r, or a Hessian
-   by u_k, as an indefinite Q may make it, which is not checked itself, or where weights, or rates and limits, are too far apart for
-   the digits (rates down to 1e-24 of a limit are not: test_at_limit); ROLN_E_NOT_FINITE: another input. Each step of each iteration
-   costs about 3 n^3 + 5 n^2 m + 3 n m^2 multiply-adds.
+   unless ROLN_OK. ROLN_E_LENGTH: a size, or iterations, below 1; ROLN_E_RANGE: most, less, rate or last; ROLN_E_NOT_SPD: r, or a
+   Hessian by u_k, as an indefinite Q may make it, which is not checked itself, or where weights, or rates and limits, are too far
+   apart for the digits (rates down to 1e-24 of a limit are not: test_at_limit); ROLN_E_NOT_FINITE: another input. Each step of each
+   iteration costs about 3 n^3 + 5 n^2 m + 3 n m^2 multiply-adds.
    work [ROLN_OCP_WORK]. */
 ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real *u, roln_real *x, roln_real *K, roln_real *gap,
                                    roln_real *work)
@@ -1600,16 +1617,22 @@ ROLN_FN int rolni_filter_starts(roln_filter *filter, uint32_t faults)
     return filter->valid;
 }
 
-/* One part of what a plan shall cost: sum_i weight_i (y_i - ref_i)^2 at every step, y = C x of a part x of the state. */
+/* One part of what a plan shall cost: sum_i weight_i (y_i - ref_i)^2 at every step, y = C x of a part x of the state. With low or
+   high it is a soft limit instead. It costs sum_i weight_i e_i^2, where e_i is how far y_i is beyond low_i or high_i, else 0. */
 enum { ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD };
 typedef struct {
     int of;                  /* x: ROLN_OF_.. */
     int count;               /* outputs y; without C not read */
     const roln_real *C;      /* [count][N or n]; NULL: y = x, and angles count by the shortest turn */
     const roln_real *weight; /* [count] 0 or more: 1 / d^2, where all deviations d are equally bad */
-    const roln_real *ref;    /* [count], or with moving [steps][count], row k for the end of step k */
+    const roln_real *ref;    /* [count], or with moving [steps][count], row k for the end of step k; of a limit not read */
     int moving;
     roln_real last;          /* at the last step the weights are 1 + last times as large */
+    /* what follows may be left out */
+    const roln_real *low, *high; /* [count] limits, low <= high; NULL or infinite: none on this side. An angle without C is on the
+                                    turn that is next to the middle of its limits, or to the only one */
+    const roln_real *tighten;    /* [steps][count] 0 or more: behind step k the limits are so far inside (NAME_plan_tighten). Where
+                                    low is then above high, both cost, the least in the middle between them; NULL: 0 */
 } roln_term;
 
 /* What a plan is for, with the limits that a guard will hold it to. */
@@ -1625,6 +1648,8 @@ typedef struct {
     const roln_real *P, *end;  /* cost of all that comes after the last step, (s - end)^T P (s - end), of NAME_lqr say: [2n][2n],
                                   [2n] = [z; zd]; NULL: none */
     const roln_real *load;     /* [n] constant force on z, J, that plans count on, of a filter say; NULL: none */
+    const roln_real *reserve;  /* [steps][motors] 0 or more, below tau: so much of the torque of a step is left to feedback, which
+                                  may use all of it (NAME_plan_tighten). Limits of rate that cannot follow go first; NULL: none */
 } roln_goal;
 
 /* State of a plan, zero-initialised: there is none. */
@@ -5518,8 +5543,10 @@ ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evide
 #if ROLNI_AT(0, ROLN_PLAN) > 0
 /* ---- 13 plans -------------------------------------------------------------------------------- */
 
-/* scratch of a goal: the joints x at a state and the gradient gx by them, J there, a row of derivatives, the decoder's tape */
+/* scratch of a goal: how far ahead of a state limits are judged; the joints x at the state and the gradient gx by them, J there, a
+   row of derivatives, the decoder's tape */
 typedef struct {
+    roln_real ahead[2 * ROLN_(n)];
     roln_real x[2 * ROLN_(N)], gx[2 * ROLN_(N)], J[ROLN_(N) * ROLN_(n)], row[2 * ROLN_(n)];
     roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
     union {
@@ -5546,7 +5573,24 @@ typedef struct {
     } now;
 } ROLN_(plan_next_work);
 
-/* Status of a goal: ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight; ROLN_E_RANGE: dt, limits.
+/* Status of the numbers, count a step, that a term is about: a reference, or limits. */
+ROLN_FN roln_status ROLNI_(term_check)(const roln_term *t, int count)
+{
+    const int steps = ROLN_(steps);
+    int i;
+    if (!t->low && !t->high) return roln_all_finite((t->moving ? steps : 1) * count, t->ref) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    for (i = 0; i < count; i++) {
+        if (t->low && !roln_finite(t->low[i]) && !(t->low[i] < 0)) return ROLN_E_NOT_FINITE;
+        if (t->high && !roln_finite(t->high[i]) && !(t->high[i] > 0)) return ROLN_E_NOT_FINITE;
+        if (t->low && t->high && t->low[i] > t->high[i]) return ROLN_E_RANGE;
+    }
+    if (t->tighten && !roln_all_finite(steps * count, t->tighten)) return ROLN_E_NOT_FINITE;
+    for (i = 0; t->tighten && i < steps * count; i++)
+        if (t->tighten[i] < 0) return ROLN_E_RANGE;
+    return ROLN_OK;
+}
+
+/* Status of a goal: ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight; ROLN_E_RANGE: dt, limits, reserve.
    L [2n][2n] is written. */
 ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
 {
@@ -5562,18 +5606,37 @@ ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
         if (!(g->u[i] > 0)) return roln_finite(g->u[i]) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
         if (!(rolni_most(g->limits, i) > 0)) return ROLN_E_RANGE;
     }
+    if (g->reserve && !roln_all_finite(ROLN_(steps) * motors, g->reserve)) return ROLN_E_NOT_FINITE;
+    for (i = 0; g->reserve && i < ROLN_(steps) * motors; i++)
+        if (!(g->reserve[i] >= 0 && g->reserve[i] < rolni_most(g->limits, i % motors))) return ROLN_E_RANGE;
     for (k = 0; k < g->terms; k++) {
         const roln_term *t = g->term + k;
         const int count = t->C ? t->count : t->of < ROLN_OF_Z ? N : n;
+        roln_status st;
         if (t->of < ROLN_OF_Q || t->of > ROLN_OF_ZD || count < 0) return ROLN_E_LENGTH;
-        if (!roln_all_finite(count, t->weight) || !roln_all_finite((t->moving ? ROLN_(steps) : 1) * count, t->ref) ||
-            (t->C && !roln_all_finite(count * (t->of < ROLN_OF_Z ? N : n), t->C)) || !roln_finite(t->last))
+        if (!roln_all_finite(count, t->weight) || (t->C && !roln_all_finite(count * (t->of < ROLN_OF_Z ? N : n), t->C)) ||
+            !roln_finite(t->last))
             return ROLN_E_NOT_FINITE;
+        if ((st = ROLNI_(term_check)(t, count)) != ROLN_OK) return st;
         for (i = 0; i < count; i++)
             if (t->weight[i] < 0 || t->last < 0) return ROLN_E_NOT_SPD;
     }
     if (!g->P) return ROLN_OK;
     return roln_all_finite(2 * n, g->end) ? rolni_goal_weighs(2 * n, g->P, L) : ROLN_E_NOT_FINITE;
+}
+
+/* Derivatives of output i of a term by the n coordinates or velocities that it is of, to w->row (Gauss-Newton). */
+ROLN_FN void ROLNI_(goal_row)(const roln_term *f, int i, ROLNI_(goal_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n), joints = f->of < ROLN_OF_Z;
+    const roln_real *const c = f->C ? f->C + i * (joints ? N : n) : NULL;
+    if (joints && c) roln_mm(1, N, n, c, w->J, w->row);
+    else if (joints) rolni_copy(n, w->J + i * n, w->row);
+    else if (c) rolni_copy(n, c, w->row);
+    else {
+        rolni_zero(n, w->row);
+        w->row[i] = 1;
+    }
 }
 
 /* Output i of a term, off by e: to its gradient and, by way of its row of derivatives, to Q. */
@@ -5589,16 +5652,35 @@ ROLN_FN void ROLNI_(goal_push)(const roln_term *f, int i, roln_real weight, roln
     for (j = 0; j < side && c; j++)
         to[j] += 2 * weight * e * c[j];
     if (!c) to[i] += 2 * weight * e;
-    if (joints && c) roln_mm(1, N, n, c, w->J, row);
-    else if (joints) rolni_copy(n, w->J + i * n, row);
-    else if (c) rolni_copy(n, c, row);
-    else {
+    if (!joints && !c) {
         Q[i * (2 * n + 1)] += 2 * weight;
         return;
     }
+    ROLNI_(goal_row)(f, i, w);
     for (j = 0; j < n; j++)
         for (k = 0; k < n; k++)
             Q[j * 2 * n + k] += 2 * weight * row[j] * row[k];
+}
+
+/* How far output i of a term, y, is off its reference behind step k, or beyond its low (0) or high (1), to *e. Returns whether that
+   costs: beyond a limit, where y is judged `ahead` of itself. */
+ROLN_FN int ROLNI_(goal_error)(const roln_term *f, int k, int i, int high, roln_real y, roln_real ahead, roln_real *e)
+{
+    const int n = ROLN_(n), count = f->C ? f->count : f->of < ROLN_OF_Z ? ROLN_(N) : n;
+    const int turns = !f->C && f->of != ROLN_OF_QD && f->of != ROLN_OF_ZD && i < n;
+    const roln_real *const limit = high ? f->high : f->low, *const other = high ? f->low : f->high;
+    const roln_real inside = f->tighten ? f->tighten[k * count + i] : 0;
+    roln_real to, middle;
+    if (!f->low && !f->high) {
+        to = f->ref[(f->moving ? k * count : 0) + i];
+        *e = y - (turns ? roln_lnn_near(&ROLN_(model).lnn, i, y, to) : to);
+        return 1;
+    }
+    if (!limit || !roln_finite(limit[i])) return 0;
+    to = limit[i] + (high ? -inside : inside);
+    middle = other && roln_finite(other[i]) ? (limit[i] + other[i]) / 2 : limit[i];
+    *e = y - to - (turns ? roln_lnn_near(&ROLN_(model).lnn, i, y, middle) - middle : 0);
+    return high ? *e + ahead > 0 : *e + ahead < 0;
 }
 
 /* The cost of all terms but the last one's, P, of the state s behind step k; Q NULL: without derivatives. */
@@ -5611,14 +5693,22 @@ ROLN_FN roln_real ROLNI_(goal_terms)(const roln_goal *g, int k, const roln_real 
     for (t = 0; t < g->terms; t++) {
         const roln_term *f = g->term + t;
         const int joints = f->of < ROLN_OF_Z, fast = f->of == ROLN_OF_QD || f->of == ROLN_OF_ZD, side = joints ? ROLN_(N) : n;
-        const int count = f->C ? f->count : side;
-        const roln_real *at = (joints ? w->x : s) + fast * side, *ref = f->ref + (f->moving ? k * count : 0);
+        const int count = f->C ? f->count : side, limit = f->low || f->high;
+        const roln_real *const at = (joints ? w->x : s) + fast * side;
         for (i = 0; i < count; i++) {
             const roln_real c = f->weight[i] * (end ? 1 + f->last : 1), y = f->C ? roln_dot(side, f->C + i * side, at) : at[i];
-            const roln_real e = y - (f->C || fast || i >= n ? ref[i] : roln_lnn_near(&ROLN_(model).lnn, i, y, ref[i]));
+            roln_real e, ahead = 0;
+            int high;
             if (!(c > 0)) continue;
-            sum += c * e * e;
-            if (Q) ROLNI_(goal_push)(f, i, c, e, Q, q, w);
+            if (limit && Q) {
+                ROLNI_(goal_row)(f, i, w);
+                ahead = roln_dot(n, w->row, w->ahead + fast * n);
+            }
+            for (high = 0; high <= limit; high++) {
+                if (!ROLNI_(goal_error)(f, k, i, high, y, ahead, &e)) continue;
+                sum += c * e * e;
+                if (Q) ROLNI_(goal_push)(f, i, c, e, Q, q, w);
+            }
         }
     }
     return sum;
@@ -5643,7 +5733,8 @@ ROLN_FN roln_real ROLNI_(goal_end)(const roln_goal *g, const roln_real *s, roln_
 }
 
 /* Adds to *cost that of s [2n], the state behind step k; unless Q is NULL, q [2n] becomes its gradient, and Q [2n][2n] its Hessian
-   but for what it owes to how decoders bend (Gauss-Newton). */
+   but for what it owes to how decoders bend (Gauss-Newton). With Q it reads w->ahead [2n]: limits count as beyond which s + ahead
+   is, to first order. */
 ROLN_FN roln_status ROLNI_(goal_at)(const ROLN_(params) *p, const roln_goal *g, int k, const roln_real *s, roln_real *cost,
                                     roln_real *Q, roln_real *q, ROLNI_(goal_work) *w)
 {
@@ -5667,10 +5758,19 @@ ROLN_FN roln_status ROLNI_(goal_at)(const ROLN_(params) *p, const roln_goal *g, 
     return roln_finite(*cost) && (!Q || (roln_all_finite(2 * n, q) && roln_all_finite(4 * n * n, Q))) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* u of motor j within limits, after last. */
-ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, int j, roln_real last, roln_real u)
+/* The limit of the torque of motor j in step k, as roln_ocp_solve has it. */
+ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j)
 {
-    const roln_real top = w->top[j], low = rated ? ROLN_MAX(-top, last - w->rate[j]) : -top;
+    const roln_real last = rolni_rated(g->limits) ? ROLN_ABS(w->last[j]) : 0;
+    const roln_real fall = ROLN_MIN(last, ROLNI_AS(roln_real, k + 1) * (w->rate[j] / 4));
+    return g->reserve ? rolni_ocp_lower(w->top[j], g->reserve[k * ROLN_(motors) + j], last, fall) : w->top[j];
+}
+
+/* u of motor j within limits in step k, after last. */
+ROLN_FN roln_real ROLNI_(plan_clip)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j, roln_real last, roln_real u)
+{
+    const int rated = rolni_rated(g->limits);
+    const roln_real top = ROLNI_(plan_top)(g, w, k, j), low = rated ? ROLN_MAX(-top, last - w->rate[j]) : -top;
     const roln_real high = rated ? ROLN_MIN(top, last + w->rate[j]) : top;
     return u < low ? low : u > high ? high : u;
 }
@@ -5679,7 +5779,7 @@ ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, i
 ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), next = ROLN_MIN(k + 1, steps - 1);
-    const int known = plan->plan.valid && plan->plan.age == 0, rated = rolni_rated(g->limits);
+    const int known = plan->plan.valid && plan->plan.age == 0;
     const roln_real *s = w->s0 + k * n2, *planned = ROLNI_(numbers)(plan->s + k + 1);
     int i, j;
     for (j = 0; j < motors; j++) {
@@ -5687,7 +5787,7 @@ ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int
         roln_real u = known ? plan->u[next * motors + j] : w->hold[j];
         for (i = 0; i < n2 && known && k + 1 < steps; i++)
             u -= K[i] * ((i < n ? roln_lnn_near(&ROLN_(model).lnn, i, planned[i], s[i]) : s[i]) - planned[i]);
-        w->u0[k * motors + j] = ROLNI_(plan_clip)(w, rated, j, k > 0 ? w->u0[(k - 1) * motors + j] : w->last[j], u);
+        w->u0[k * motors + j] = ROLNI_(plan_clip)(g, w, k, j, k > 0 ? w->u0[(k - 1) * motors + j] : w->last[j], u);
     }
 }
 
@@ -5793,6 +5893,7 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
         roln_status st;
         if (guess) ROLNI_(plan_guess)(g, plan, k, w);
         st = ROLNI_(plan_step)(p, g, plan, k, &kept, w);
+        rolni_zero(n2, w->now.goal.ahead);
         if (st == ROLN_OK) st = ROLNI_(goal_at)(p, g, k, s, cost, w->Q + k * n2 * n2, w->q + k * n2, &w->now.goal);
         if (st != ROLN_OK) return st;
         for (j = 0; j < motors; j++) {
@@ -5809,7 +5910,7 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
 ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g, roln_real part, const roln_real *most,
                                      roln_real *cost, ROLN_(plan_next_work) *w)
 {
-    const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), rated = rolni_rated(g->limits);
+    const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
     rolni_push by;
     int k, i, j;
     by.load = g->load, by.dt = g->dt, by.how = 0;
@@ -5823,7 +5924,7 @@ ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g,
             roln_real to = u0[j] + part * (w->u[k * motors + j] - u0[j]);
             for (i = 0; i < n2; i++)
                 to -= w->K[(k * motors + j) * n2 + i] * (from[i] - w->s0[k * n2 + i] - part * w->x[k * n2 + i]);
-            u[j] = ROLNI_(plan_clip)(w, rated, j, k > 0 ? u[j - motors] : w->last[j], to);
+            u[j] = ROLNI_(plan_clip)(g, w, k, j, k > 0 ? u[j - motors] : w->last[j], to);
             *cost += w->r[j] / 2 * (u[j] - w->hold[j]) * (u[j] - w->hold[j]);
         }
         rolni_copy(n2, from, s);
@@ -5858,8 +5959,34 @@ ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, const ROLN_(plan) *pl
     roln_ocp o;
     o.n = 2 * ROLN_(n), o.m = ROLN_(motors), o.steps = ROLN_(steps);
     o.A = plan->A, o.B = plan->B, o.Q = w->Q, o.q = w->q, o.r = w->r, o.ref = w->hold, o.at = w->u0;
-    o.rate = rated ? w->rate : NULL, o.last = w->last, o.most = w->top;
+    o.rate = rated ? w->rate : NULL, o.last = w->last, o.most = w->top, o.less = g->reserve;
     return roln_ocp_solve(&o, g->iterations > 0 ? g->iterations : rated ? 8 : 6, w->u, w->x, w->K, gap, w->now.ocp);
+}
+
+/* Solutions that may follow the first, because it is beyond limits of the state that the base keeps, or within others. */
+#define ROLNI_PLAN_AGAIN 3
+
+/* ROLNI_(plan_solve), and again while its solution is beyond other limits of the state than it was told to be. */
+ROLN_FN roln_status ROLNI_(plan_within)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *gap,
+                                        ROLN_(plan_next_work) *w)
+{
+    const int n2 = 2 * ROLN_(n), count = ROLN_(steps) * n2 * n2;
+    roln_status st = ROLNI_(plan_solve)(g, plan, gap, w);
+    int limits = 0, again, k;
+    for (k = 0; k < g->terms; k++)
+        limits |= g->term[k].low || g->term[k].high;
+    for (again = 0; limits && again < ROLNI_PLAN_AGAIN && st == ROLN_OK; again++) {
+        const roln_bits told = rolni_mark(count, w->Q, 0); /* a limit that begins or ends to cost changes Q */
+        roln_real cost = 0;
+        for (k = 0; k < ROLN_(steps) && st == ROLN_OK; k++) {
+            const int to = (k + 1) * n2;
+            rolni_copy(n2, w->x + to, w->now.goal.ahead);
+            st = ROLNI_(goal_at)(p, g, k, w->s0 + to, &cost, w->Q + k * n2 * n2, w->q + k * n2, &w->now.goal);
+        }
+        if (st != ROLN_OK || rolni_mark(count, w->Q, 0) == told) return st;
+        st = ROLNI_(plan_solve)(g, plan, gap, w);
+    }
+    return st;
 }
 
 /* The plan s1, u1: a whole, half or quarter step from the base (guess: ROLNI_(plan_base)) that costs less, else the base itself.
@@ -5870,7 +5997,7 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
     roln_real before, part;
     int in, k;
     roln_status st = ROLNI_(plan_base)(p, g, plan, guess, &before, &in, w);
-    if (st == ROLN_OK) st = ROLNI_(plan_solve)(g, plan, gap, w);
+    if (st == ROLN_OK) st = ROLNI_(plan_within)(p, g, plan, gap, w);
     if (st != ROLN_OK) return st;
     for (part = 1; part > ROLN_C(0.2); part /= 2) {
         if (ROLNI_(plan_try)(p, g, part, in ? &before : NULL, cost, w) == ROLN_OK) return ROLN_OK;
@@ -5911,9 +6038,10 @@ ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
    seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
    solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
    be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
-   test_motor_units). Numbers that goal points to stay as they are during the call. The derivatives of each step are kept in *plan
-   for the next call, which uses them again if the state there has hardly moved (docs/control.md, "Derivatives"). Cost: steps times
-   NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve. */
+   test_motor_units). If the solution is beyond other limits of the state (roln_term) than the base is, the problem is solved again
+   with those, at most three times. Numbers that goal points to stay as they are during the call. The derivatives of each step are
+   kept in *plan for the next call, which uses them again if the state there has hardly moved (docs/control.md, "Derivatives").
+   Cost: steps times NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
                                      ROLN_(plan_next_work) *w)
 {
@@ -6010,6 +6138,104 @@ ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *
         for (i = 0; i < n2; i++)
             c[i] = w->s[i] - roln_dot(n2, A + i * n2, x) - roln_dot(motors, B + i * motors, u);
         if (!roln_all_finite(n2 * motors, B) || !roln_all_finite(n2, c)) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* scratch of NAME_plan_tighten: A, B, closed loop and covariances of a step, P, C of NAME_outlook; a row and its product */
+typedef struct {
+    roln_real s[2 * ROLN_(n)], A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(motors)], moved[4 * ROLN_(n) * ROLN_(n)];
+    ROLN_(outlook) o, next;
+    ROLN_(doubts) d;
+    roln_real row[2 * ROLN_(n)];
+    union {
+        ROLN_(doubt_work) doubt;
+        ROLNI_(linear_motors_work) linear;
+        ROLNI_(goal_work) goal;
+    } u;
+} ROLN_(plan_tighten_work);
+
+/* The covariances o of the state behind step k under the plan's feedback, w->A becoming A - B K, with errors w->d.zdd that keep the
+   part `keeps` of their correlation over the step. */
+ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, roln_real keeps, ROLN_(plan_tighten_work) *w)
+{
+    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
+    roln_real *const P = w->next.P, *const C = w->next.C, *const g = w->row;
+    int i, j, l;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            for (l = 0; l < motors; l++)
+                w->A[i * n2 + j] -= w->B[i * motors + l] * plan->K[(k * motors + l) * n2 + j];
+    for (i = 0; i < n; i++)
+        g[i] = dt * dt / 2 * w->d.zdd[i], g[n + i] = dt * w->d.zdd[i];
+    roln_mm(n2, n2, n2, w->A, w->o.P, w->moved);
+    roln_mm_bt(n2, n2, n2, w->moved, w->A, P);
+    roln_mm(n2, n2, n, w->A, w->o.C, C);
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            P[i * n2 + j] += C[i * n + j % n] * g[j] + g[i] * C[j * n + i % n] + (i % n == j % n ? g[i] * g[j] : 0);
+    for (i = 0; i < n2; i++)
+        C[i * n + i % n] += g[i];
+    for (i = 0; i < n2 * n; i++)
+        C[i] *= keeps;
+    w->o = w->next;
+}
+
+/* The deviation of row [n2] times the state, with the covariance w->o.P. */
+ROLN_FN roln_real ROLNI_(tighten_of)(const roln_real *row, ROLN_(plan_tighten_work) *w)
+{
+    const int n2 = 2 * ROLN_(n);
+    roln_real variance;
+    roln_mm(1, n2, n2, row, w->o.P, w->moved);
+    variance = roln_dot(n2, w->moved, row);
+    return variance < 0 ? 0 : ROLN_SQRT(variance); /* rounding may leave less than 0 */
+}
+
+/* How far limits are tightened along a plan for what the model does not know: `sigmas` standard deviations at each step. They are
+   those of the outputs of `term` behind the step, to [steps][count], for its tighten; or, with term NULL, those of the torques
+   that feedback adds where the step begins, to [steps][motors], for reserve of the goal: 0 in the first step. The errors of the
+   acceleration are those of NAME_doubt along the plan, correlated in time as in NAME_doubt_ahead. The plan's feedback K takes a
+   part of them back. With M = A - B K
+       P+ = M P M^T + M C G^T + G C^T M^T + G G^T,   C+ = r (M C + G),   to = sigmas (c P+ c^T)^(1/2), sigmas (K P K^T)^(1/2),
+   where c are the derivatives of an output by (z, zd), of qd by zd alone. A torque at its limit is no feedback, so pass a plan that
+   reaches few limits. If many plans use the numbers, take the largest of several calls. A reserve may be as large as the limit of
+   torque, which NAME_plan_next refuses. to holds no result unless ROLN_OK. ROLN_E_LENGTH: there is no plan, motors, or the term;
+   ROLN_E_RANGE: sigmas < 0, dt, or e knows no time (NAME_fit_outlook); ROLN_E_NOT_FINITE; status of NAME_doubt, NAME_linear.
+   Cost: of each step NAME_doubt, NAME_linear and 30 n^3 multiply-adds. */
+ROLN_FN roln_status ROLN_(plan_tighten)(const ROLN_(params) *p, const ROLN_(evidence) *e, const roln_goal *goal,
+                                        const ROLN_(plan) *plan, const roln_term *term, roln_real sigmas, roln_real *to,
+                                        ROLN_(plan_tighten_work) *w)
+{
+    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
+    const int joints = term && term->of < ROLN_OF_Z, fast = term && (term->of == ROLN_OF_QD || term->of == ROLN_OF_ZD);
+    const int count = !term ? motors : term->C ? term->count : joints ? ROLN_(N) : n;
+    const roln_motors *f = goal->limits->motors;
+    rolni_acting by;
+    int k, i;
+    by.motors = f, by.load = goal->load, by.dt = goal->dt;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (!plan->plan.valid || !rolni_motors_valid(&ROLN_(model), f) || motors != rolni_torques(&ROLN_(model), f))
+        return ROLN_E_LENGTH;
+    if (term && (term->of < ROLN_OF_Q || term->of > ROLN_OF_ZD || count < 0)) return ROLN_E_LENGTH;
+    if (!(sigmas >= 0) || !(goal->dt > 0) || !(e->lasts > 0)) return ROLN_E_RANGE;
+    memset(&w->o, 0, sizeof w->o);
+    for (k = 0; k < ROLN_(steps); k++, to += count) {
+        roln_status st = ROLN_(doubt)(p, e, plan->s + k, &w->d, &w->u.doubt);
+        for (i = 0; !term && i < motors; i++)
+            to[i] = sigmas * ROLNI_(tighten_of)(plan->K + (k * motors + i) * n2, w);
+        rolni_copy(n2, ROLNI_(numbers)(plan->s + k), w->s), by.u = plan->u + k * motors;
+        if (st == ROLN_OK) st = ROLNI_(linear_motors)(p, &by, w->s, w->A, w->B, &w->u.linear);
+        if (st != ROLN_OK) return st;
+        ROLNI_(tighten_step)(plan, k, goal->dt, roln_exp(-goal->dt / e->lasts), w);
+        if (joints) st = ROLNI_(pose)(p, ROLNI_(numbers)(plan->s + k + 1), w->u.goal.gx, w->u.goal.J, &w->u.goal.u.pose);
+        if (st != ROLN_OK) return st;
+        for (i = 0; term && i < count; i++) {
+            ROLNI_(goal_row)(term, i, &w->u.goal);
+            rolni_zero(n2, w->row);
+            rolni_copy(n, w->u.goal.row, w->row + fast * n);
+            to[i] = sigmas * ROLNI_(tighten_of)(w->row, w);
+        }
+        if (!roln_all_finite(count, to)) return ROLN_E_NOT_FINITE;
     }
     return ROLN_OK;
 }

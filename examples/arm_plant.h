@@ -10,7 +10,8 @@ enum { JOINTS = 6 };
 #define GRAVITY 9.81
 
 /* Link i turns by q_i about an axis, 0 x, 1 y, 2 z, at a place of the link before it; its mass, where its middle lies, its inertia
-   there, about x, y, z; seen at the joint: inertia of the rotor, viscous friction. m, kg, kg m^2, Nms/rad. */
+   there, about x, y, z; seen at the joint: inertia of the rotor, viscous friction. m, kg, kg m^2, Nms/rad. A program may change
+   them: tests/control/robust.c and alarms.c do. */
 static struct {
     int axis;
     double at[3], mass, middle[3], inertia[3], rotor, friction;

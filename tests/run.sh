@@ -76,6 +76,7 @@ threads      sh tests/safety/threads.sh
 fast         sh tests/safety/fast.sh
 swing        build/swing test
 alarms       build/alarms test
+robust       build/robust test
 list         sh tests/compilers/list.sh
 rope         build/rope check
 lint         sh tests/user/lint.sh

@@ -350,11 +350,11 @@ static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_
                       wheel_plan_next_work *work)
 {
     static const roln_real weight[2] = {1, 1}, ref[2] = {0, ROLN_C(0.5)}, u[1] = {ROLN_C(0.0625)};
-    const roln_term term = {ROLN_OF_Q, 0, NULL, weight, ref, 0, 1};
+    const roln_term term = {ROLN_OF_Q, 0, NULL, weight, ref, 0, 1, NULL, NULL, NULL};
     static wheel_plan plan;
     roln_limits limits = *of;
     wheel_latent z = *start;
-    roln_goal goal = {h / 2, 1, &term, u, NULL, NULL, 0, NULL, NULL, NULL};
+    roln_goal goal = {h / 2, 1, &term, u, NULL, NULL, 0, NULL, NULL, NULL, NULL};
     int k;
     limits.tau = ROLN_C(0.5), limits.rate = limits.tau / h, limits.margin = 1000, goal.limits = &limits;
     for (k = 0; k < 5; k++) {

@@ -124,7 +124,8 @@ static int solve(int K, struct plant_run *r)
     memcpy(b.s, b.s1, sizeof b.s), memcpy(b.u, b.u1, sizeof b.u);
     for (int round = 0; round < ROUNDS; round++) {
         const double weight[M] = {b.r, b.r};
-        const roln_ocp o = {S, M, b.steps, b.A[0][0], b.B[0][0], b.Q[0][0], b.q[0], weight, ref, b.u[0], NULL, NULL, NULL};
+        const roln_ocp o = {.n = S, .m = M, .steps = b.steps, .A = b.A[0][0], .B = b.B[0][0], .Q = b.Q[0][0], .q = b.q[0],
+                            .r = weight, .ref = ref, .at = b.u[0]};
         double part = 1;
         for (int k = 0; k < b.steps; k++) {
             derivatives(k);

@@ -106,7 +106,8 @@ static void true_plan(const double x[N2], furuta_plan *p)
 {
     static course base, c;
     const double before = true_base(p, x, &base);
-    const roln_ocp o = {N2, 1, AHEAD, solver.A, solver.B, solver.Q, solver.q, solver.r, solver.hold, solver.at, NULL, NULL, NULL};
+    const roln_ocp o = {.n = N2, .m = 1, .steps = AHEAD, .A = solver.A, .B = solver.B, .Q = solver.Q, .q = solver.q,
+                        .r = solver.r, .ref = solver.hold, .at = solver.at};
     double part = 1;
     solver.r[0] = 2 * u_weight[0] * TORQUE * TORQUE, solver.hold[0] = 0;
     p->plan.valid = 1, p->plan.age = 0;

@@ -441,13 +441,15 @@ static void M(call_plan)(int which)
     static roln_real A[M(steps) * M(side2) * M(side2)], B[M(steps) * M(side2) * M(motors)], c[M(steps) * M(side2)];
     roln_real in[5 * M(N)], u[M(motors)], P[M(side2) * M(side2)];
     const int z = fuzz_below(2);
-    const roln_term term = {2 * z + fuzz_below(2), M(n), NULL, in, in + M(N), 0, fuzz_below(2) ? 10 : fuzz_real()};
+    roln_term term;
     roln_goal goal;
     roln_status st;
     int i;
     if (M(motors) != (M(lim).l.motors ? M(lim).motors.count : M(nu)) && M(lim).motors.B) /* mostly motors of the plan's number */
         M(lim).l.motors = &M(lim).motors, M(lim).motors.count = fuzz_below(16) ? M(motors) : M(lim).motors.count;
-    memset(&goal, 0, sizeof goal), memset(u, 0, sizeof u);
+    memset(&goal, 0, sizeof goal), memset(&term, 0, sizeof term), memset(u, 0, sizeof u);
+    term.of = 2 * z + fuzz_below(2), term.count = M(n), term.weight = in, term.ref = in + M(N);
+    term.last = fuzz_below(2) ? 10 : fuzz_real();
     fuzz_positives(5 * M(N), in), fuzz_reals(M(N), in + M(N));
     for (i = 0; i < M(side2) * M(side2); i++)
         P[i] = i % (M(side2) + 1) == 0 ? fuzz_positive() : 0;

@@ -10,7 +10,7 @@
     X(elementary) X(dense) X(eig) X(spd) X(riccati) X(ocp) X(ae) X(ae_stored) X(chart) X(chart_model) X(lnn) X(lnn_motion) \
     X(lnn_edges) X(riem) X(newton) X(newton_model) X(lbfgs) X(roln) X(gradient) X(rows) X(measures) X(pack) X(scratch) \
     X(scratch_training) X(units) X(units_control) X(units_training) X(control) X(linear) X(feedback) X(tick) X(guard) \
-    X(limits) X(delay) X(filter) X(noise) X(plan) X(safety) X(edges) X(sums) \
+    X(limits) X(delay) X(filter) X(noise) X(plan) X(robust) X(safety) X(edges) X(sums) \
     X(actuator) X(driven) X(stiction) X(stiction_model) X(observer) X(doubt)
 #define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
 #define ENTRY(name, alone) ENTRY_(name, alone)

@@ -13,9 +13,10 @@ enum { MAXN = 8, MAXM = 4, MAXH = 20, MAXP = 80, LONG = 60 };
 
 /* A problem and its solution; the same in long double with the states eliminated: cost 1/2 u^T H u + g^T u + a constant. */
 typedef struct {
-    int n, m, steps, rated;
+    int n, m, steps, rated, lessened;
     roln_real A[LONG * MAXN * MAXN], B[LONG * MAXN * MAXM], Q[LONG * MAXN * MAXN], q[LONG * MAXN];
     roln_real r[MAXM], ref[MAXM], at[LONG * MAXM], rate[MAXM], last[MAXM], most[MAXM];
+    roln_real less[LONG * MAXM];
     roln_real u[LONG * MAXM], x[(LONG + 1) * MAXN], K[LONG * MAXM * MAXN], duality_gap;
     ld H[MAXP * MAXP], g[MAXP];
 } problem;
@@ -25,7 +26,7 @@ static roln_ocp ocp_of(const problem *p)
     roln_ocp o;
     o.n = p->n, o.m = p->m, o.steps = p->steps;
     o.A = p->A, o.B = p->B, o.Q = p->Q, o.q = p->q, o.r = p->r, o.ref = p->ref, o.at = p->at;
-    o.rate = p->rated ? p->rate : NULL, o.last = p->last, o.most = p->most;
+    o.rate = p->rated ? p->rate : NULL, o.last = p->last, o.most = p->most, o.less = p->lessened ? p->less : NULL;
     return o;
 }
 
@@ -34,7 +35,7 @@ static void draw(int n, int m, int steps, int rated, roln_real pull, uint64_t *s
 {
     static roln_real W[MAXN * MAXN];
     int i, k;
-    p->n = n, p->m = m, p->steps = steps, p->rated = rated;
+    p->n = n, p->m = m, p->steps = steps, p->rated = rated, p->lessened = 0;
     for (i = 0; i < steps * n * n; i++)
         p->A[i] = ROLN_C(0.2) * roln_normal(s) + (i % (n * n) % (n + 1) == 0);
     for (i = 0; i < steps * n * m; i++)
@@ -53,6 +54,23 @@ static void draw(int n, int m, int steps, int rated, roln_real pull, uint64_t *s
     }
     for (i = 0; i < steps * m; i++)
         p->at[i] = 2 * roln_uniform(s) - 1;
+}
+
+/* Limits of each step: most less up to 0.7 of it. */
+static void lessen(uint64_t *s, problem *p)
+{
+    int i;
+    p->lessened = 1;
+    for (i = 0; i < p->steps * p->m; i++)
+        p->less[i] = ROLN_C(0.7) * roln_uniform(s) * p->most[i % p->m];
+}
+
+/* The limit of |u_i|. */
+static ld top_of(const problem *p, int i)
+{
+    const int j = i % p->m;
+    const ld last = p->rated ? fabsl((ld)p->last[j]) : 0, fall = fminl(last, (i / p->m + 1) * (ld)p->rate[j] / 4);
+    return p->lessened ? fmaxl((ld)p->most[j] - (ld)p->less[i], last - fall / 2) : (ld)p->most[j];
 }
 
 /* H, g from the definition: x_k as a function of all u, [n][P] and a last column for what does not depend on them. */
@@ -129,7 +147,7 @@ static roln_status within(problem *p, int iterations, ld *u)
     CHECK_ROOM();
     for (i = 0; i < p->steps * m; i++) {
         const roln_real last = i < m ? p->last[i] : p->u[i - m], rate = p->rate[i % m];
-        CHECK(ROLN_ABS(p->u[i]) <= p->most[i % m]);
+        CHECK(fabsl((ld)p->u[i]) <= top_of(p, i) * (1 + (p->lessened ? 4 * EPS : 0)));
         if (p->rated) CHECK(p->u[i] >= last - rate && p->u[i] <= last + rate);
     }
     widen(p->steps * m, p->u, u);
@@ -218,7 +236,7 @@ static int corner(const problem *p, int code, ld *u, ld *cost)
         const int side = (int)(code / pow(3, i)) % 3, at = i % P;
         if (side == 0) continue;
         N[j * c + at] = N[at * c + j] = 1;
-        x[j] = i < P ? 1 : (ld)p->rate[at % m];
+        x[j] = i < P ? top_of(p, i) : (ld)p->rate[at % m];
         x[j] *= side == 1 ? -1 : 1;
         if (i >= P && at >= m) N[j * c + at - m] = N[(at - m) * c + j] = -1;
         if (i >= P && at < m) x[j] += (ld)p->last[at];
@@ -227,7 +245,7 @@ static int corner(const problem *p, int code, ld *u, ld *cost)
     t_solve(c, 1, N, x);
     for (i = 0; i < P; i++) {
         const ld last = i < m ? (ld)p->last[i] : x[i - m], tol = 1e-12L;
-        if (!(fabsl(x[i]) <= 1 + tol)) return 0; /* NaN of a set that contradicts itself, too */
+        if (!(fabsl(x[i]) <= top_of(p, i) + tol)) return 0; /* NaN of a set that contradicts itself, too */
         if (p->rated && !(fabsl(x[i] - last) <= (ld)p->rate[i % m] + tol)) return 0;
         u[i] = x[i];
     }
@@ -235,13 +253,29 @@ static int corner(const problem *p, int code, ld *u, ld *cost)
     return 1;
 }
 
+/* Limits that are less by nothing: the same bits. */
+static void test_less(void)
+{
+    static problem p, c;
+    static ld u[MAXP];
+    uint64_t s = 14;
+    int trial;
+    for (trial = 0; trial < 8; trial++) {
+        draw(1 + trial % MAXN, 1 + trial % MAXM, MAXH, trial / 4, 3, &s, &p);
+        c = p, c.lessened = 1, memset(c.less, 0, sizeof c.less);
+        CHECK(solve(&p, 8, u) == ROLN_OK && solve(&c, 8, u) == ROLN_OK);
+        CHECK(memcmp(p.u, c.u, sizeof p.u) == 0 && memcmp(p.K, c.K, sizeof p.K) == 0);
+        CHECK(p.duality_gap >= c.duality_gap && p.duality_gap <= c.duality_gap);
+    }
+}
+
 /* Two steps: the best of all sets of limits. */
 static void test_corners(void)
 {
     static problem p;
     ld u[MAXP], best[4], v[4], cost;
-    uint64_t s = 2;
-    int trial, active = 0, m, rated;
+    uint64_t s = 2, other = 12;
+    int trial, active = 0, lower = 0, m, rated;
     for (trial = 0; trial < 60; trial++)
         for (m = 1; m <= 2; m++)
             for (rated = 0; rated < (m == 1 || trial % 10 == 0 ? 2 : 1); rated++) {
@@ -249,6 +283,7 @@ static void test_corners(void)
                 ld least = INFINITY;
                 int code, i;
                 draw(3, m, 2, rated, trial % 3 == 0 ? 1 : 3, &s, &p);
+                if (trial % 4 == 1) lessen(&other, &p);
                 condense(&p);
                 CHECK(solve(&p, 30, u) == ROLN_OK);
                 for (code = 0; code < codes; code++)
@@ -256,11 +291,13 @@ static void test_corners(void)
                 for (i = 0; i < P; i++) {
                     BOUND("corners: u", fabsl(u[i] - best[i]), PICK(1e-3L, 1e-7L));
                     active += fabsl(best[i]) >= 1 - 1e-12L;
+                    lower += p.lessened && fabsl(best[i]) >= top_of(&p, i) - 1e-12L;
                 }
                 BOUND("corners: cost", (cost_of(&p, u, NULL) - least) / size_of(&p, best), PICK(3e-5L, 1e-12L));
                 BOUND("corners: gap", cost_of(&p, u, NULL) - least - (ld)p.duality_gap, 20 * EPS * size_of(&p, best));
             }
     CHECK(active > 50);
+    CHECK(lower > 20);
 }
 
 /* Twenty steps: coordinate descent, each u_i in turn to where the cost is least within its limits, until nothing moves. */
@@ -276,7 +313,7 @@ static void descend(const problem *p, ld *u)
             for (j = 0; j < P; j++)
                 g += p->H[i * P + j] * u[j];
             to = u[i] - g / p->H[i * P + i];
-            to = to > 1 ? 1 : to < -1 ? -1 : to;
+            to = fmaxl(-top_of(p, i), fminl(top_of(p, i), to));
             moved = fabsl(to - u[i]) > moved ? fabsl(to - u[i]) : moved;
             u[i] = to;
         }
@@ -287,11 +324,12 @@ static void test_long(void)
     static problem p;
     static ld u[MAXP], best[MAXP];
     static const int iterations[3] = {1, 6, 8};
-    uint64_t s = 3;
+    uint64_t s = 3, other = 13;
     int trial, i, k, active = 0;
     for (trial = 0; trial < 24; trial++) {
         ld least, zero, cost;
         draw(1 + trial % MAXN, 1 + trial % MAXM, MAXH, 0, trial % 2 ? 1 : 10, &s, &p);
+        if (trial % 4 == 2) lessen(&other, &p);
         condense(&p);
         descend(&p, best);
         least = cost_of(&p, best, NULL);
@@ -303,8 +341,9 @@ static void test_long(void)
             CHECK(solve(&p, iterations[k], u) == ROLN_OK);
             cost = cost_of(&p, u, NULL);
             BOUND("long: gap", (cost - least - (ld)p.duality_gap) / size_of(&p, best), 20 * EPS);
-            if (k == 1) BOUND("long: part left after 6", (cost - least) / (zero - least), 1e-3L);
-            if (k == 2) BOUND("long: part left after 8", (cost - least) / (zero - least), 1e-4L);
+            if (p.lessened && k == 1) BOUND("long, less: part left after 6", (cost - least) / (zero - least), 5e-3L);
+            else if (k == 1) BOUND("long: part left after 6", (cost - least) / (zero - least), 1e-3L);
+            else if (k == 2 && !p.lessened) BOUND("long: part left after 8", (cost - least) / (zero - least), 1e-4L);
         }
         CHECK(solve(&p, 40, u) == ROLN_OK);
         for (i = 0; i < MAXH * p.m; i++)
@@ -659,6 +698,11 @@ static void test_refused(void)
         c = p, c.most[1] = k < 3 ? wrong[k] : (roln_real)(3 - k);
         CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
     }
+    for (k = 0; k < 5; k++) {
+        c = p, c.lessened = 1, memset(c.less, 0, sizeof c.less);
+        c.less[9] = k < 3 ? wrong[k] : k == 3 ? ROLN_C(-0.0625) : c.most[1];
+        CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
+    }
     for (k = 0; k < 3; k++) {
         c = p;
         *(k == 0 ? &c.n : k == 1 ? &c.m : &c.steps) = 0;
@@ -688,6 +732,7 @@ static void test_refused(void)
 void TEST_NAME(ocp)(void)
 {
     test_free();
+    test_less();
     test_corners();
     test_long();
     test_rates();

@@ -249,7 +249,7 @@ static void test_plan(void)
     const hard_params p = hard_of(0.05);
     const hard_latent rest = {{ROLN_C(0.3), ROLN_C(-0.2)}, {0, 0}};
     const roln_limits limits = {.dt = ROLN_C(0.0625), .tau = 50};
-    const roln_term term = {ROLN_OF_Q, hard_N, NULL, each, ref, 0, 5};
+    const roln_term term = {ROLN_OF_Q, hard_N, NULL, each, ref, 0, 5, NULL, NULL, NULL};
     roln_goal goal;
     hard_latent s = rest;
     roln_real hold[hard_N];
