@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
-# make deps installs what these need:   make test, check, record, learn, errors, control, plans, robust, rope, models, noise, next,
-#                                       heads, doubt, experiments, eig, bench
+# make deps installs what these need:   make test, check, record, learn, errors, control, plans, alarms, robust, rope, models,
+#                                       noise, next, heads, doubt, experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
 #                                       sizes, count, firmware, pil. make report wants Python with matplotlib
 
@@ -23,8 +23,9 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans robust models noise next heads doubt rope experiments \
-        rivals report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
+        sanitize mutants record learn real machines errors control plans alarms robust models noise next heads doubt rope \
+        experiments rivals report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz \
+        proof soundness
 all: demo
 
 # ---- what a user does ----

@@ -5,7 +5,8 @@
    never saw: t, q, qd and, where it has inputs, tau, with a blank line between recordings. Printed are, in bins of novelty, how
    many windows of 25 ms miss accelerations and forces by less than 1, 2 and 3 deviations (a normal error: 68.3, 95.4, 99.7 %), the
    same of z after roll-outs, and ticks beyond limits.novelty. With JOINT, counted from 1, the geometric mean of the deviations
-   where LOW < q < HIGH over that elsewhere. */
+   where LOW < q < HIGH over that elsewhere. Lines `curve NOVELTY COUNT ERROR DEVIATION` are for doubt_plot.c: rms over all
+   coordinates, in parts of the deviation of each at novelty 1. */
 #include CONFIG
 #include WEIGHTS
 #include LIMITS
@@ -17,7 +18,7 @@
 #define PASTE__(a, b) a##_##b
 #define PASTE_(a, b) PASTE__(a, b)
 #define M(x) PASTE_(MODEL, x)
-enum { N = M(N), n = M(n), F = M(force_size), BINS = 5, LOOKS = 4, STEPS = 1000, MOST = 400000, WIDE = 1 + 2 * N + F };
+enum { N = M(N), n = M(n), F = M(force_size), BINS = 5, FINE = 24, LOOKS = 4, STEPS = 1000, MOST = 400000, WIDE = 1 + 2 * N + F };
 
 static roln_real q[MOST * N], qd[MOST * N], tau[MOST * F], row[WIDE];
 static int first[10000], recordings, acts; /* first samples; is there a tau */
@@ -120,6 +121,33 @@ static int missed(int i, int steps, roln_real *e)
     return 1;
 }
 
+/* What a picture shows: squares of errors and of deviations, in parts of 4 of a decade of novelty, from 0.01 on. */
+static struct {
+    double error, deviation;
+    long count;
+} fine[FINE];
+
+static void draw(double novelty, const roln_real *e, const M(doubts) *d)
+{
+    const int at = (int)fmin(FINE - 1, fmax(0, 4 * log10(novelty) + 8));
+    int j;
+    for (j = 0; j < n; j++) {
+        const double always = (double)M(known).always[j], grows = (double)M(known).grows[j];
+        const double one = always * always + grows * grows;
+        if (!(one > 0)) continue;
+        fine[at].error += (double)(e[j] * e[j]) / one, fine[at].deviation += (double)(d->zdd[j] * d->zdd[j]) / one, fine[at].count++;
+    }
+}
+
+static void print_curve(void)
+{
+    int k;
+    for (k = 0; k < FINE; k++)
+        if (fine[k].count >= 10 * n)
+            printf("curve %g %ld %g %g\n", pow(10, (k - 7.5) / 4), fine[k].count, sqrt(fine[k].error / (double)fine[k].count),
+                   sqrt(fine[k].deviation / (double)fine[k].count));
+}
+
 /* Windows of 25 ms, by novelty; with a joint the deviations where low < q < high over those elsewhere. */
 static void of_windows(int joint, double low, double high)
 {
@@ -146,6 +174,7 @@ static void of_windows(int joint, double low, double high)
                 const int hole = at > low && at < high;
                 in[hole]++, logs[hole] += log((double)d.zdd[0]);
             }
+            draw((double)d.novelty, e, &d);
             for (j = 0; j < 2 * n; j++)
                 count_in(shares + k, (double)e[j], (double)(j < n ? d.zdd[j] : d.force[j - n]));
         }
@@ -196,5 +225,6 @@ int main(int argc, char **argv)
     printf("%-28s %8s %9s %9s %9s\n", "", "count", "1", "2", "3 deviations");
     of_windows(argc == 5 ? atoi(argv[2]) : 0, argc == 5 ? atof(argv[3]) : 0, argc == 5 ? atof(argv[4]) : 0);
     of_rollouts();
+    print_curve();
     return 0;
 }

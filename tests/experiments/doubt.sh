@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # doubt.sh - do the deviations of NAME_doubt hold on recordings that were not trained with? Of each system a training with the
 # trainer's defaults, then one without the samples of a region, where doubt has to be larger. Trainings of JOBS at a time; what is
-# there is not trained again. Run by `make doubt`; logs in build/doubt.
+# there is not trained again. Run by `make doubt`; logs and doubt.svg in build/doubt.
 #
 #   doubt.sh              all, then the tables
 #   doubt.sh RUN          one training, such as pend2-all, pend2-hole
@@ -59,9 +59,11 @@ echo "$rows" | while read -r system _ joint low high _; do
     for part in all hole; do
         compile -DMODEL="$system" "-DCONFIG=\"$system.h\"" "-DWEIGHTS=\"$system-${part}_weights.h\"" \
             "-DLIMITS=\"$system-${part}_limits.h\"" tests/experiments/doubt.c -o $dir/$system-$part.doubt
-        echo
-        echo "$system, $part"
         # shellcheck disable=SC2046
-        $dir/$system-$part.doubt $dir/${system}_test.csv $([ $part = all ] || echo "$joint $low $high")
+        $dir/$system-$part.doubt $dir/${system}_test.csv $([ $part = all ] || echo "$joint $low $high") | sed "s/^/$system $part /"
     done
-done
+done > $dir/tables
+compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
+# shellcheck disable=SC2046
+$dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
+grep -v curve $dir/tables
