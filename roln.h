@@ -5599,7 +5599,8 @@ ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
     if (!rolni_motors_valid(&ROLN_(model), g->limits->motors)) return ROLN_E_LENGTH;
     if (motors != rolni_torques(&ROLN_(model), g->limits->motors)) return ROLN_E_LENGTH;
     if (g->terms < 0 || g->iterations < 0 || g->iterations > ROLN_PLAN_ITERATIONS) return ROLN_E_LENGTH;
-    if (!(g->dt > 0) || !rolni_limits_valid(g->limits, motors)) return roln_finite(g->dt) ? ROLN_E_RANGE : ROLN_E_NOT_FINITE;
+    if (!roln_finite(g->dt)) return ROLN_E_NOT_FINITE;
+    if (!(g->dt > 0) || !rolni_limits_valid(g->limits, motors)) return ROLN_E_RANGE;
     if (g->hold && !roln_all_finite(motors, g->hold)) return ROLN_E_NOT_FINITE;
     if (g->load && !roln_all_finite(n, g->load)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < motors; i++) {
@@ -5758,20 +5759,22 @@ ROLN_FN roln_status ROLNI_(goal_at)(const ROLN_(params) *p, const roln_goal *g, 
     return roln_finite(*cost) && (!Q || (roln_all_finite(2 * n, q) && roln_all_finite(4 * n * n, Q))) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* The limit of the torque of motor j in step k, as roln_ocp_solve has it. */
+/* The limit of the torque of motor j in step k, as roln_ocp_solve has it, and whatever bits there are, within its own. */
 ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j)
 {
     const roln_real last = rolni_rated(g->limits) ? ROLN_ABS(w->last[j]) : 0;
     const roln_real fall = ROLN_MIN(last, ROLNI_AS(roln_real, k + 1) * (w->rate[j] / 4));
-    return g->reserve ? rolni_ocp_lower(w->top[j], g->reserve[k * ROLN_(motors) + j], last, fall) : w->top[j];
+    const roln_real top = g->reserve ? rolni_ocp_lower(w->top[j], g->reserve[k * ROLN_(motors) + j], last, fall) : w->top[j];
+    return top < 0 ? 0 : ROLN_MIN(top, w->top[j]);
 }
 
-/* u of motor j within limits in step k, after last. */
+/* u of motor j within limits in step k, after last; NaN of NaN. */
 ROLN_FN roln_real ROLNI_(plan_clip)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j, roln_real last, roln_real u)
 {
     const int rated = rolni_rated(g->limits);
-    const roln_real top = ROLNI_(plan_top)(g, w, k, j), low = rated ? ROLN_MAX(-top, last - w->rate[j]) : -top;
-    const roln_real high = rated ? ROLN_MIN(top, last + w->rate[j]) : top;
+    const roln_real top = ROLNI_(plan_top)(g, w, k, j);
+    const roln_real down = last - w->rate[j], up = last + w->rate[j]; /* stored: compared as rounded */
+    const roln_real low = rated ? ROLN_MAX(-top, down) : -top, high = rated ? ROLN_MIN(top, up) : top;
     return u < low ? low : u > high ? high : u;
 }
 
@@ -6050,6 +6053,7 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
     roln_status st;
     roln_real cost = 0, gap = 0;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (made->age < 0 || made->age >= steps || !roln_all_finite(motors, plan->u + made->age * motors)) made->valid = made->age = 0;
     st = ROLNI_(goal_check)(goal, w->Q);
     if (st == ROLN_OK && !roln_all_finite(n2, ROLNI_(numbers)(s))) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) {
@@ -6097,6 +6101,7 @@ ROLN_FN roln_status ROLN_(plan_follow)(const ROLN_(params) *p, const roln_goal *
                                        const ROLN_(latent) *s, roln_real u[ROLN_AT_LEAST(ROLN_(motors))])
 {
     const roln_real at = t / goal->dt + ROLNI_AS(roln_real, plan->plan.age);
+    roln_real want[ROLN_(motors)];
     int j, k;
     (void)p;
     if (!(goal->dt > 0) || !roln_finite(goal->dt) || !rolni_limits_valid(goal->limits, ROLN_(motors))) return ROLN_E_RANGE;
@@ -6104,9 +6109,9 @@ ROLN_FN roln_status ROLN_(plan_follow)(const ROLN_(params) *p, const roln_goal *
     if (!roln_all_finite(2 * ROLN_(n), ROLNI_(numbers)(s))) return ROLN_E_NOT_FINITE;
     k = ROLNI_AS(int, at);
     for (j = 0; j < ROLN_(motors); j++)
-        if (!roln_finite(ROLNI_(plan_want)(goal, plan, k, at - ROLNI_AS(roln_real, k), j, s))) return ROLN_E_NOT_FINITE;
-    for (j = 0; j < ROLN_(motors); j++)
-        u[j] = ROLNI_(plan_want)(goal, plan, k, at - ROLNI_AS(roln_real, k), j, s);
+        want[j] = ROLNI_(plan_want)(goal, plan, k, at - ROLNI_AS(roln_real, k), j, s);
+    if (!roln_all_finite(ROLN_(motors), want)) return ROLN_E_NOT_FINITE;
+    rolni_copy(ROLN_(motors), want, u);
     return ROLN_OK;
 }
 

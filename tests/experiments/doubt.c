@@ -156,7 +156,7 @@ static void of_windows(int joint, double low, double high)
     share shares[BINS] = {{0, {0}}};
     const int steps = (int)fmax(1, 0.025 / dt + 0.5);
     double logs[2] = {0, 0};
-    long in[2] = {0, 0}, failed = 0, beyond = 0;
+    long in[2] = {0, 0}, failed = 0;
     int r, i, k, j;
     for (r = 0; r < recordings; r++)
         for (i = first[r]; i + steps < first[r + 1]; i += steps) {
@@ -168,7 +168,6 @@ static void of_windows(int joint, double low, double high)
                 continue;
             }
             k = d.novelty < 0.5f ? 0 : d.novelty < 2 ? 1 : d.novelty < 10 ? 2 : d.novelty < 100 ? 3 : 4;
-            beyond += !(d.novelty <= M(limits).novelty);
             if (joint > 0) {
                 const double at = (double)q[i * N + joint - 1];
                 const int hole = at > low && at < high;
@@ -180,10 +179,24 @@ static void of_windows(int joint, double low, double high)
         }
     for (k = 0; k < BINS; k++)
         print(name[k], shares + k);
-    printf("windows that failed: %ld; beyond limits.novelty (%g): %ld\n", failed, (double)M(limits).novelty, beyond);
+    printf("windows that failed: %ld\n", failed);
     if (joint > 0)
         printf("deviation where %g < q%d < %g, %ld windows, over that of %ld others: %.1f\n", low, joint, high, in[1], in[0],
                exp(logs[1] / (double)in[1] - logs[0] / (double)in[0]));
+}
+
+/* Ticks whose novelty the guard would refuse. */
+static void of_ticks(void)
+{
+    static M(doubt_work) w;
+    M(doubts) d;
+    long beyond = 0;
+    int i;
+    for (i = 0; i < first[recordings]; i++) {
+        const M(latent) s = state_of(i);
+        beyond += M(doubt)(&M(weights), &M(known), &s, &d, &w) != ROLN_OK || !(d.novelty <= M(limits).novelty);
+    }
+    printf("ticks beyond limits.novelty (%g): %ld of %d\n", (double)M(limits).novelty, beyond, first[recordings]);
 }
 
 /* Roll-outs of a second in steps of 1 ms: an error of the integrator is not one of the model. */
@@ -224,6 +237,7 @@ int main(int argc, char **argv)
     printf("%s: %d recordings that were not trained with; within\n", argv[1], recordings);
     printf("%-28s %8s %9s %9s %9s\n", "", "count", "1", "2", "3 deviations");
     of_windows(argc == 5 ? atoi(argv[2]) : 0, argc == 5 ? atof(argv[3]) : 0, argc == 5 ? atof(argv[4]) : 0);
+    of_ticks();
     of_rollouts();
     print_curve();
     return 0;

@@ -49,7 +49,7 @@ int main(int argc, char **argv)
     for (k = 0; k < argc - 2; k++) {
         const frame p = {f, 40 + 230 * k, 50, 180, 180, {x[0], x[1]}, {y[0], y[1]}};
         svg_text(f, p.left, 20, "font-size='15'", "%s", argv[2 + k]);
-        svg_axes(&p, "log10 of novelty", k ? "" : "log10 of rms error, deviations at novelty 1");
+        svg_axes(&p, "log10 of novelty", k ? "" : "log10 of rms error, in deviations at novelty 1");
         for (of = 0; of < PARTS; of++) {
             const curve *const c = &curves[k][of];
             svg_curve(&p, svg_colours[2 - of], 1.5, c->count, c->novelty, c->deviation);

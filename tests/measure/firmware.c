@@ -57,6 +57,11 @@ roln_status observe(void)
     M(observer_tick)(PARAMS, &e->gains, e->y, control.guard.tau, &e->observer, &e->observing);
     return e->observer.f.valid ? ROLN_OK : ROLN_E_RANGE;
 }
+
+roln_status doubt(void)
+{
+    return M(doubt)(PARAMS, &estimates.known, &control.s, &estimates.doubts, &scratch.control.doubt);
+}
 #endif
 
 #ifdef TRAIN

@@ -44,11 +44,14 @@ extern struct estimates {
     M(observer) observer;
     M(observer_tick_work) observing;
     M(observer_gains) gains;
+    M(evidence) known;
+    M(doubts) doubts;
     roln_real y[N];
 } estimates;
 
 roln_status filter(void);  /* one tick of the filter */
 roln_status observe(void); /* one tick of the observer */
+roln_status doubt(void);   /* how far the model may be off at control.s */
 extern int longest_way;    /* 1, 2: the longest way through what depends on numbers, without and with second derivatives */
 #endif
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* longest.c - firmware.c with WORST: of a tick, a step, a tick of the filter and one of the observer the most instructions over
-   STATES random states in the range seen in training, as they come, and along the longest way (longest_way.h). That of the
-   filter and of the observer: they lose their estimate and start anew in the same tick. Lines: what, seen, worst. */
+/* longest.c - firmware.c with WORST: of a tick, a step, a tick of the filter, one of the observer and a doubt the most
+   instructions over STATES random states in the range seen in training, as they come, and along the longest way (longest_way.h).
+   That of the filter and of the observer: they lose their estimate and start anew in the same tick. Lines: what, seen, worst. */
 
 #include "text.h"
 #include "states.h"
@@ -50,9 +50,19 @@ static void lose(void)
         estimates.y[i] += i % 2 ? 1e5f : -1e5f;
 }
 
+/* Evidence of one state, L = I. */
+static void know(void)
+{
+    int i;
+    memset(&estimates.known, 0, sizeof estimates.known);
+    estimates.known.count = 1;
+    for (i = 0; i < M(terms); i++)
+        estimates.known.L[ROLN_TRI(i) + i] = 1;
+}
+
 int main(void)
 {
-    uint32_t most[6][2] = {{0}};
+    uint32_t most[7][2] = {{0}};
     for (int k = 0; k < STATES; k++) {
         setup(NULL), longer(most[0], tick, go_on);
         setup(NULL), longer(most[1], ahead, go_on);
@@ -62,8 +72,9 @@ int main(void)
         setup(NULL), longer(most[4], observe, follow);
         longer(most[5], observe, lose);
         if (estimates.observer.f.starts != 2) give_up("an observer that was not lost\n");
+        setup(NULL), longer(most[6], doubt, know);
     }
     print("tick", most[0][0], most[0][1]), print("ahead", most[1][0], most[1][1]), print("filter", most[2][0], most[3][1]);
-    print("observer", most[4][0], most[5][1]);
+    print("observer", most[4][0], most[5][1]), print("doubt", most[6][0], most[6][1]);
     return 0;
 }

@@ -3,6 +3,8 @@
    against steps of the model by hand, derivatives that are kept, limits that are never reached, units of motors, what a tick makes
    of a plan, its linearisation, and what is refused. */
 
+#include <limits.h>
+
 /* The small models with a load that their filters estimate. */
 #define CALLED(X) X(filter_tick)
 #define SMALL(name) name##_loaded
@@ -768,6 +770,36 @@ static void test_refused(int k)
     CHECK(x.plan.valid == 1 && x.plan.age == 0);
 }
 
+/* Bits of a plan that a fault has flipped, an age out of it and a torque that is no number: there is no plan. */
+static void test_damaged(int k)
+{
+    static const int age[4] = {-1, INT_MIN, INT_MAX, STEPS};
+    static task good, x;
+    const int motors = models[k]->motors;
+    uint64_t s = 130 + (uint64_t)k;
+    plan_at pl;
+    instance m;
+    int i;
+    place(k, &s, &good);
+    good.goal.terms = 0, good.goal.P = NULL, good.limits.rate_each = good.rate;
+    point(&good);
+    pl = planned(&good), m = model_of(&good);
+    CHECK_OK(m.of->plan_next(&m, &good.goal, good.s, &pl, spare));
+    for (i = 0; i < 5; i++) {
+        x = good;
+        point(&x);
+        pl = planned(&x), m = model_of(&x);
+        if (i < 4) x.plan.age = age[i];
+        else x.torque[motors - 1] = (roln_real)NAN;
+        x.goal.dt = -1;
+        CHECK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == ROLN_E_RANGE && x.plan.valid == 0 && x.plan.age == 0);
+        x.goal.dt = dt, x.plan.valid = 1;
+        if (i < 4) x.plan.age = age[i];
+        CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
+        CHECK(x.plan.valid == 1 && x.plan.age == 0 && roln_all_finite(STEPS * motors, x.torque));
+    }
+}
+
 /* Limits fall below the torque of the last plan: the next one sets out from the limit, and falls at the rate that is allowed. */
 static void test_fallen(int k)
 {
@@ -954,6 +986,7 @@ void TEST_NAME(plan)(void)
         test_off(k);
         test_linear(k);
         test_refused(k);
+        test_damaged(k);
         test_fallen(k);
         test_turned_back(k);
         test_any(k);

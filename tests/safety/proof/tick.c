@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* tick.c - NAME_tick, a whole control tick, of any bits in parameters, measurement, reference, gains, latent state, guard and
    scratch: nothing undefined, and torques as in guard.c. A double pendulum with all checks; -DFURUTA, -DARM: the models of
-   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. */
+   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart; -DKNOWN: it
+   has evidence, any bits, too. */
 
 #include "eva.h"
 
@@ -15,6 +16,18 @@ static const float top[COUNT] = {TORQUE};
 #define NAME(x) arm_##x
 #define top most
 enum { COUNT = arm_N };
+#elif defined CHART
+#define ROLN_NAME chart
+#define ROLN_AE 3, 2
+#define ROLN_CHART polynomial, 2
+#define ROLN_MLP 2
+#include "roln.h"
+#define NAME(x) chart_##x
+enum { COUNT = 3 };
+static const float top[COUNT] = {60, 0.5f, 8};
+static roln_real known[ROLN_TRI(chart_terms)];
+static roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .tau_each = top, .hold = 3, .q_tolerance = 0.05f,
+                             .qd_tolerance = 1};
 #else
 #include "pend2.h"
 #define NAME(x) pend2_##x
@@ -33,6 +46,9 @@ static NAME(tick_work) work;
 int main(void)
 {
     int i;
+#ifdef KNOWN
+    EVA_ANY(known), EVA_ANY(limits.novelty), limits.evidence = known;
+#endif
     EVA_ANY(params), EVA_ANY(x), EVA_ANY(ref), EVA_ANY(s), EVA_ANY(guard), EVA_ANY(work);
     NAME(tick)(&params, &limits, &x, &ref, &s, &guard, &work);
     for (i = 0; i < COUNT; i++)
