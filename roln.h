@@ -429,8 +429,8 @@ typedef struct {
     const roln_motors *motors; /* where they act, and torques are theirs; NULL: at each joint, or the learned inputs */
     const roln_real *evidence; /* NAME_evidence.L of the states that are known; NULL: novelty is not checked */
     roln_real novelty;         /* largest novelty of a state (NAME_doubt) */
-    roln_real false_alarms; /* part of the windows of good motion that may be beyond `residual`, which the guard then lets follow them
-                               (rolni_alarm); 0: `residual` is a fixed limit of the running mean */
+    roln_real false_alarms; /* part of the windows of good motion that may be beyond `residual`, which the guard then lets follow
+                               them (rolni_alarm); 0: `residual` is a fixed limit of the running mean */
 } roln_limits; /* torques: the count of motors with a B, else NAME_force_size */
 
 /* How new a state is to a model. t [m] are the terms of the state: 1, its variables and products of their polynomials. With A the
@@ -597,8 +597,8 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 /* The limit of the mean residual of a window, with limits->false_alarms = a:
        residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   |f| <= 16
    (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are a W and the change of f, whatever the
-   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a since, so that small a are not
-   lost in rounding. */
+   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a since, so that small a are
+   not lost in rounding. */
 ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g)
 {
     const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->since);
@@ -625,8 +625,8 @@ ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
     return alarm;
 }
 
-/* Nonzero if the next alarm would be one in a row: after 1 / (16 a) windows at most. Of all false alarms, if they are independent, one
-   in 16^k is followed by k more in a row. */
+/* Nonzero if the next alarm would be one in a row: after 1 / (16 a) windows at most. Of all false alarms, if they are independent,
+   one in 16^k is followed by k more in a row. */
 ROLN_FN int rolni_alarmed(const roln_limits *limits, const roln_guard *g)
 {
     return limits->false_alarms > 0 && 16 * limits->false_alarms * ROLNI_AS(roln_real, g->since) <= 1;
@@ -2937,8 +2937,8 @@ ROLNI_INTS
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(centres) = 8, /* states whose gains an observer holds */
-    /* of NAME_doubt: is there the square of a state; degree of the polynomials of z, so that 4 coordinates take 24 kB, and of those of
-       one number of x alone; terms */
+    /* of NAME_doubt: is there the square of a state; degree of the polynomials of z, so that 4 coordinates take 24 kB, and of those
+       of one number of x alone; terms */
     ROLN_(squared) = ROLN_(n) < 9,
     ROLN_(degree_z) = ROLN_(into) < 3 ? 8 : ROLN_(into) < 4 ? 6 : ROLN_(into) < 5 ? 4 : ROLN_(into) < 6 ? 3 : 2 * ROLN_(squared),
     ROLN_(degree_x) = ROLN_(squared) ? ROLN_MAX(ROLN_(degree_z), 6) : 0,
@@ -3813,8 +3813,8 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
 }
 
 /* t [NAME_terms] of a state: 1; x, what the networks see of z, but with the range of what is no angle as -1 .. 1; polynomials of x,
-   those of one number of it alone up to degree 6 at least: what lies outside of one is to show among many; v = zd / zd_max; and with up to 8 coordinates all v_i x_j and v_i v_j: M, V and R may be any functions of z, but forces are
-   quadratic in zd. */
+   those of one number of it alone up to degree 6 at least: what lies outside of one is to show among many; v = zd / zd_max; and
+   with up to 8 coordinates all v_i x_j and v_i v_j: M, V and R may be any functions of z, but forces are quadratic in zd. */
 ROLN_FN void ROLNI_(terms_of)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, roln_real *t)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
@@ -6494,7 +6494,8 @@ ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b
    residual_window, strict, safe, evidence and false_alarms are yours and stay. margin, residual, q_tolerance, qd_tolerance and,
    with evidence, novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not
    checked, where nothing was needed. With false_alarms = a the residual is no such multiple: of W windows of residual_window ticks
-   the a (W + 1) with the largest are at it or beyond (split conformal prediction), if that is at least one. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
+   the a (W + 1) with the largest are at it or beyond (split conformal prediction), if that is at least one. With b->tau,
+   tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
    to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
    ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
    residual_window negative, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there

@@ -135,7 +135,8 @@ static void draw(double novelty, const roln_real *e, const M(doubts) *d)
         const double always = (double)M(known).always[j], grows = (double)M(known).grows[j];
         const double one = always * always + grows * grows;
         if (!(one > 0)) continue;
-        fine[at].error += (double)(e[j] * e[j]) / one, fine[at].deviation += (double)(d->zdd[j] * d->zdd[j]) / one, fine[at].count++;
+        fine[at].error += (double)(e[j] * e[j]) / one, fine[at].deviation += (double)(d->zdd[j] * d->zdd[j]) / one;
+        fine[at].count++;
     }
 }
 

@@ -40,24 +40,24 @@ static roln_status cart_i_linear_motors(const cart_params *p, const rolni_acting
 static roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real *u, roln_real *x, roln_real *K, roln_real *gap,
                                   roln_real *work);
 
-/* A goal of any numbers. Pointers that may be NULL are so in some, but for hold. */
-static roln_goal any_goal(const roln_limits *of, const roln_real *holds)
+/* A goal of any numbers, of one term that may be a limit. */
+static roln_goal any_goal(const roln_limits *of, const roln_real *holds, const roln_real *leaves)
 {
     static roln_term term[1];
+    const int limited = any;
     roln_goal goal;
     EVA_ANY(goal), EVA_ANY(term), EVA_ANY(weight), EVA_ANY(ref), EVA_ANY(cost), EVA_ANY(hold), EVA_ANY(load), EVA_ANY(P);
     EVA_ANY(end), EVA_ANY(low), EVA_ANY(high), EVA_ANY(tighten), EVA_ANY(reserve);
     term[0].C = NULL, term[0].weight = weight, term[0].ref = ref, term[0].moving = 0;
-    term[0].low = any ? low : NULL, term[0].high = any ? high : NULL, term[0].tighten = any ? tighten : NULL;
-    goal.terms = any ? 1 : 0, goal.term = term, goal.u = cost, goal.hold = holds, goal.limits = of;
-    goal.P = any ? P : NULL, goal.end = end, goal.load = any ? load : NULL;
-    goal.reserve = any ? reserve : NULL;
+    term[0].low = limited ? low : NULL, term[0].high = limited ? high : NULL, term[0].tighten = limited ? tighten : NULL;
+    goal.terms = 1, goal.term = term, goal.u = cost, goal.hold = holds, goal.reserve = leaves, goal.limits = of;
+    goal.P = P, goal.end = end, goal.load = load;
     return goal;
 }
 
 static void follow(const roln_limits *of)
 {
-    const roln_goal goal = any_goal(of, NULL);
+    const roln_goal goal = any_goal(of, NULL, NULL);
     roln_real t, u[MOTORS];
     int j;
     EVA_ANY(params), EVA_ANY(s), EVA_ANY(plan), EVA_ANY(t);
@@ -66,9 +66,9 @@ static void follow(const roln_limits *of)
         may_go_to_a_motor(u[j], top[j]);
 }
 
-static void next(const roln_limits *of, const roln_real *holds)
+static void next(const roln_limits *of, const roln_real *holds, const roln_real *leaves)
 {
-    const roln_goal goal = any_goal(of, holds);
+    const roln_goal goal = any_goal(of, holds, leaves);
     int i;
     EVA_ANY(params), EVA_ANY(s), EVA_ANY(plan), EVA_ANY(work);
     /*@ admit apart: plan.plan.age < 0 || plan.plan.age == 0 || plan.plan.age == 1 || plan.plan.age > 1; */
@@ -80,7 +80,7 @@ static void next(const roln_limits *of, const roln_real *holds)
 int main(void)
 {
     follow(&limits), follow(&rated);
-    next(&limits, NULL), next(&limits, hold), next(&rated, NULL), next(&rated, hold);
+    next(&limits, NULL, NULL), next(&limits, hold, reserve), next(&rated, NULL, NULL), next(&rated, hold, reserve);
     /*@ assert ended: \true; */
     return 0;
 }

@@ -24,9 +24,9 @@ headers() {
         -e 's/^\(ROLN_FN roln_real roln\)_expm1(roln_real x)$/\1i_expm1_bits(roln_real x)/' \
         -e 's|^        bad .= !roln_finite(x.i.);$|        /*@ dynamic_split bad; */\n&|' roln_spd.h > "$1/roln_spd.h"
     # a comparison was true, so it is no NaN; torques that are finite and others apart
-    u='w->u0[k * motors + j]'
+    u='w->u0[k * motors + j]' e='const roln_real e = w->u0.k . motors + j. - w->hold.j.;'
     sed -e 's#^    k = ROLNI_AS(int, at);$#/*@ admit number: \\is_finite(at); */\n&#' \
-        -e "s#^ *const roln_real e = w->u0.k . motors + j. - w->hold.j.;\$#/*@ admit apart: \\\\is_finite($u) || !\\\\is_finite($u); */\n&#" \
+        -e "s#^ *$e\$#/*@ admit apart: \\\\is_finite($u) || !\\\\is_finite($u); */\n&#" \
         -e 's#^ *.cost += w->r.j. / 2 . (u.j. - w->hold.*$#/*@ admit apart: \\is_finite(u[j]) || !\\is_finite(u[j]); */\n&#' \
         roln.h > "$1/roln.h"
     [ "$(diff roln.h "$1/roln.h" | grep -c '^>')" -eq 3 ] || { echo "proof.sh: roln.h is not what it was"; exit 1; }

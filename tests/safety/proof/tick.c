@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* tick.c - NAME_tick, a whole control tick, of any bits in parameters, measurement, reference, gains, latent state, guard and
    scratch: nothing undefined, and torques as in guard.c. A double pendulum with all checks; -DFURUTA, -DARM: the models of
-   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart; -DKNOWN: it
-   has evidence, any bits, too. */
+   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart;
+   -DKNOWN: it has evidence, any bits, too. */
 
 #include "eva.h"
 
