@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
-#                                       wants python3, dist zip
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, hour, install,
+#                                       clean; api wants python3, dist zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, alarms, robust, rope, models,
 #                                       noise, next, heads, doubt, experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
@@ -24,7 +24,7 @@ DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
         sanitize mutants record learn real machines errors control plans alarms robust models noise next heads doubt rope \
-        experiments rivals report plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz \
+        experiments rivals report plotting-deps plotting-test eig numerics bench scaling sizes count firmware hour pil upsets fuzz \
         proof soundness
 all: demo
 
@@ -125,7 +125,7 @@ test:
 
 # Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_experiments generate record convert h5_cases \
-           pil machines plans swing alarms robust rope threads interrupts regression $(FUZZ:build/%=%)
+           pil machines plans swing alarms robust rope hour threads interrupts regression $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release
@@ -460,6 +460,13 @@ build/firmware/weights: tests/measure/weights.c
 # single-event upsets: 100,000 bits flip in a closed loop in QEMU, one a run; a quarter of an hour on two busy cores
 upsets:
 	JOBS=$(JOBS) sh tests/firmware/upsets.sh
+
+# an hour of adapt.c: payloads, bad data and power cuts; a minute
+hour: build/hour
+	./build/hour
+build/hour: tests/firmware/hour.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) -Iexamples/firmware $(FAST) $(WARN) $(DEPENDS) $< examples/firmware/host.c -o $@ -lm
 
 # processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; other machines; 1,000 plans
 PIL = m4 m7 rv32

@@ -74,6 +74,7 @@ upsets       sh tests/firmware/upsets.sh test
 plans        build/plans test
 threads      sh tests/safety/threads.sh
 fast         sh tests/safety/fast.sh
+hour         build/hour
 swing        build/swing test
 alarms       build/alarms test
 robust       build/robust test

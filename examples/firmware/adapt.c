@@ -7,11 +7,19 @@
    forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
    nothing: a Kalman filter of weights that are constant but unknown.
 
-   Every EVERY-th tick takes a sample and makes its row. ROWS of them are a turn, which ends with one tick each for the sums, for
-   the step, for every sample that judges the step, and for the save. A step that is refused is taken again with more damping. After
-   a reset the program goes on from the last save, so that at most a turn is done again; what it learned is the same to the last
-   bit, however often it was reset. (Here the machine waits, too: its state is saved. A real one moves on, and the samples of a turn
-   are lost.)
+   A turn begins with a window of motion, WINDOW ticks. Every HOLD_OUT-th window is held out: it is kept as a start and an end, and
+   never learned from. Each region of the motion has its EACH last ones. Every other window gives ROWS rows. If the weights in use
+   predict its end far worse than most held-out windows, its data are bad or the machine has changed, and it is not learned from.
+   Else these follow, each in a tick of its own: the sums, a step, the samples that test the step, the roll-out of each held-out
+   window with the new weights, and the save. A step that its samples refuse is taken again with more damping.
+
+   The new weights are taken if they predict the held-out windows no worse (held_out.h). Else the weights in use stay, and the rows
+   still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
+   changed, and learning begins with empty sums; so it does after REFUSALS in a row. The weights in use are the last good ones.
+
+   All that a turn changes is saved at its end. After a reset or a power cut the program goes on from the last save, so that at most
+   a turn is done again; what it learned is the same to the last bit, however often it was reset. (Here the machine waits, too: its
+   state is saved. A real one moves on, and the samples of a turn are lost.)
 
    Prints errors after 250 ms and after 1 s, relative to the motion: those of the trained model along the motion of the chain as it
    was, then those of the adapting model along the motion of the heavier one; and a hash of all that was learned. Errors are
@@ -21,6 +29,7 @@
 #define ROLN_GN_ROWS 1
 #include "rods.h"
 #include "chain_weights.h"
+#include "held_out.h"
 #include "kept.h"
 #include "text.h"
 
@@ -33,15 +42,20 @@
 
 enum {
     N = chain_N, n = chain_n,
-    ROWS = 20, EVERY = 3,       /* samples of a turn, ticks between them */
-    JUDGES = 8,                 /* of them */
-    TICKS = 2000, REPORT = 500,
-    PUSH = 50,                  /* ticks after which somebody moves the chain elsewhere */
-    TEST_STEPS = 40 /* of 25 ms */
+    WINDOW = 30, STEP_TICKS = 5,                  /* ticks of a window, of a step of its roll-out */
+    EVERY = 2, ROWS = (WINDOW - 4) / EVERY + 1,   /* ticks between samples; samples of a turn */
+    JUDGES = 8,                                   /* of them */
+    REGIONS = 4, EACH = 4, HELD = REGIONS * EACH, /* held-out windows */
+    LEAST = 8, HOLD_OUT = 4,                      /* learning begins with LEAST; then every HOLD_OUT-th window is held out */
+    OLD = 24000,                                  /* ticks after which a held-out window is not used any more */
+    REFUSALS = 100,                               /* turns refused in a row, after which learning begins anew */
+    TICKS = 4000, REPORT = 1000,
+    PUSH = 54,                                    /* ticks after which somebody moves the chain elsewhere */
+    TEST_STEPS = 40
 };
 #define TICK 0.005f  /* s */
 #define STIFF 3e-4f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
-#define GIVE_UP 0.1f /* lambda: a turn that no step fits is left, and makes A stiffer */
+#define GIVE_UP 0.1f /* lambda: a turn that no step fits is refused */
 
 static const float before[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f}; /* kg */
 static const float after[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.12f, 0.12f, 0.12f, 0.12f};
@@ -55,8 +69,9 @@ enum {
     POTENTIAL = LAST + LAST,
     P = MASS + POTENTIAL
 };
+typedef char rows_are_at_least_P_8[8 * ROWS >= P ? 1 : -1]; /* else the system would be that of the rows */
 static const roln_block table[] = {{ROLN_EUCLIDEAN, 1, P, 0}};
-static const roln_newton_opt newton = {1e6f, 1, 5, NULL}; /* forgets nothing */
+static const roln_newton_opt newton = {300, 1, 5, NULL}; /* rows fade within some minutes */
 static const roln_loss loss = {.zdd = 1};
 
 /* Where they lie among the numbers of both networks. */
@@ -85,11 +100,22 @@ static void put_in(const float *x, float *networks)
 
 /* ---- memory ---- */
 
+/* Motion over WINDOW ticks. No torques: none act here. */
+typedef struct {
+    chain_latent start;
+    float end[N], error; /* joints at the end; error of the roll-out with the weights in use, rad */
+    uint32_t tick;       /* of the end; 0: none */
+} window;
+
 /* All that a reset must not lose. */
 typedef struct {
     uint32_t tick, samples; /* samples: since somebody last moved the chain */
     uint64_t seed;
-    chain_params model;
+    chain_params model;              /* the weights in use, the last good ones */
+    window held[HELD];               /* EACH of each region */
+    float good;                      /* least median of their errors since learning began anew; 0: none yet */
+    uint32_t turns, begun, refusals; /* turns so far; in A; refused in a row */
+    uint32_t accepted, refused, left_out, anew; /* turns; changes of the machine */
     roln_newton state;
     float A[P * (P + 1)], older[P]; /* what samples of the turns before still ask for */
     chain_state last[4];            /* of the ticks before, the newest first */
@@ -100,10 +126,12 @@ static kept_mark marks[2] KEPT;
 static memory copies[2] KEPT;
 
 /* A turn: done again after a reset. */
-typedef enum { SAMPLE, SUMS, STEP, JUDGE, SAVE, PHASES } phases;
+typedef enum { SAMPLE, LOOK, SUMS, STEP, JUDGE, COMPARE, SAVE, PHASES } phases;
 static struct {
     phases phase;
-    int rows, judged;
+    int age, hold_out, rows, compared; /* age: ticks of the window so far */
+    window seen;
+    float lambda, errors[HELD]; /* lambda before the turn; errors of the held-out windows with the weights `next` */
     float q[ROWS][N], qd[ROWS][N], qdd[ROWS][N];
     float J[(ROWS + 1) * P], r[ROWS], weight[ROWS], expect[ROWS], there[ROWS], keep[P];
     chain_params next; /* where the step ends */
@@ -131,27 +159,124 @@ static roln_status row(const memory *m, const chain_params *p, int k, float *J, 
 }
 
 /* The sample two ticks ago, with the central difference of qd of fourth order. */
-static void sample(const memory *m, const chain_state *x)
+static roln_status sample(const memory *m, const chain_state *x)
 {
-    const int k = turn.rows;
+    const int k = turn.rows++;
     memcpy(turn.q[k], m->last[1].q, sizeof turn.q[k]);
     memcpy(turn.qd[k], m->last[1].qd, sizeof turn.qd[k]);
     for (int i = 0; i < N; i++)
         turn.qdd[k][i] = (8 * (m->last[0].qd[i] - m->last[2].qd[i]) - (x->qd[i] - m->last[3].qd[i])) / (12 * TICK);
-    if (row(m, &m->model, k, turn.J + k * P, turn.r + k) == ROLN_OK) turn.rows++;
-    if (turn.rows == ROWS) turn.phase = SUMS;
+    return row(m, &m->model, k, turn.J + k * P, turn.r + k);
+}
+
+/* The error of a roll-out: root of the mean square over the joints at its end, rad. */
+static float roll(const chain_params *p, const window *w)
+{
+    chain_latent s = w->start;
+    chain_state y;
+    float sum = 0;
+    for (int k = 0; k < WINDOW / STEP_TICKS; k++)
+        if (chain_step(p, &s, NULL, STEP_TICKS * TICK, &scratch.work.step) != ROLN_OK) return HELD_FAILED;
+    if (chain_decode(p, &s, &y, &scratch.work.decode) != ROLN_OK) return HELD_FAILED;
+    for (int i = 0; i < N; i++)
+        sum += (y.q[i] - w->end[i]) * (y.q[i] - w->end[i]);
+    return sum < HELD_FAILED ? ROLN_SQRT(sum / N) : HELD_FAILED;
+}
+
+/* Errors of the held-out windows that are not old, [HELD], those with the weights in use and, unless it is NULL, those of `next`.
+   Returns how many. */
+static int errors_of(const memory *m, float *now, float *next)
+{
+    int count = 0;
+    for (int i = 0; i < HELD; i++) {
+        if (m->held[i].tick == 0 || m->tick - m->held[i].tick > OLD) continue;
+        if (next) next[count] = turn.errors[i];
+        now[count++] = m->held[i].error;
+    }
+    return count;
+}
+
+/* Begin with empty sums, from the weights in use. */
+static void begin_anew(memory *m)
+{
+    memset(m->A, 0, sizeof m->A);
+    memset(m->older, 0, sizeof m->older);
+    m->state.lambda = 1e-6f; /* A has its diagonal */
+    m->begun = m->refusals = 0, m->good = 0;
+}
+
+/* The weights stay. The rows of the turn still ask for a step. After REFUSALS in a row all rows are forgotten. */
+static void refuse(memory *m)
+{
+    for (int i = 0; i < P; i++)
+        for (int k = 0; k < ROWS; k++)
+            m->older[i] += turn.J[k * P + i] * turn.r[k];
+    roln_newton_give_up(turn.lambda, &m->state);
+    m->begun++, m->refused++;
+    if (++m->refusals == REFUSALS) begin_anew(m);
+    turn.phase = SAVE;
+}
+
+/* x measured. A window that the chain was moved in, or with a number that is not finite, is dropped. */
+static void watch(memory *m, const chain_state *x)
+{
+    float now[HELD];
+    if (m->samples == 0) turn.age = 0;
+    if (turn.age == 0) {
+        turn.rows = 0;
+        turn.hold_out = m->turns % HOLD_OUT == 0 || errors_of(m, now, NULL) < LEAST;
+        if (chain_encode(&m->model, x, &turn.seen.start, &scratch.work.encode) == ROLN_OK) turn.age = 1;
+        return;
+    }
+    if (!turn.hold_out && turn.age >= 4 && (WINDOW - turn.age) % EVERY == 0 && sample(m, x) != ROLN_OK) {
+        turn.age = 0;
+        return;
+    }
+    if (turn.age++ < WINDOW) return;
+    turn.age = 0;
+    if (!roln_all_finite(N, x->q)) return;
+    memcpy(turn.seen.end, x->q, sizeof turn.seen.end);
+    turn.phase = LOOK;
+}
+
+/* The window takes the place of the oldest one of its region: the signs of z at its start. */
+static void hold_out(memory *m)
+{
+    window *region = m->held + EACH * ((turn.seen.start.z[0] > 0) + 2 * (turn.seen.start.z[1] > 0)), *oldest = region;
+    float now[HELD];
+    for (int i = 1; i < EACH; i++)
+        if (region[i].tick < oldest->tick) oldest = region + i;
+    *oldest = turn.seen;
+    const int count = errors_of(m, now, NULL);
+    const float median = held_median(count, now);
+    if (count >= LEAST && m->good > 0 && median > HELD_FAR * m->good) begin_anew(m), m->anew++;
+    if (count >= LEAST && m->good == 0) m->good = median;
+}
+
+/* The weights in use predict the window: hold it out, learn from it, or leave it out. */
+static void look(memory *m)
+{
+    float now[HELD];
+    turn.seen.tick = m->tick;
+    m->turns++;
+    turn.seen.error = roll(&m->model, &turn.seen);
+    turn.phase = SAVE;
+    if (turn.hold_out) hold_out(m);
+    else if (held_near(turn.seen.error, errors_of(m, now, NULL), now)) turn.phase = SUMS;
+    else m->left_out++;
 }
 
 static void sums(memory *m)
 {
     float trace = 0;
     memcpy(turn.J + ROWS * P, m->older, sizeof m->older);
+    turn.lambda = m->state.lambda;
     if (roln_newton_rows(1, table, &newton, ROWS, NULL, turn.J, turn.r, turn.weight, &m->state, scratch.sums) != ROLN_OK) {
-        turn.phase = SAMPLE, turn.rows = 0; /* not finite: another turn */
+        turn.phase = SAMPLE; /* not finite: another turn */
         return;
     }
     roln_newton_normal_equations(&newton, ROWS, P, 0, P, turn.J, m->A, scratch.sums);
-    for (int i = 0; i < P && m->state.taken + m->state.refused == 0; i++)
+    for (int i = 0; i < P && m->begun == 0; i++)
         trace += m->A[i * (P + 2)];
     for (int i = 0; i < P; i++)
         m->A[i * (P + 2)] += STIFF * trace / P;
@@ -164,24 +289,45 @@ static void step(memory *m)
     const roln_newton_system g = {ROWS, P, turn.J, turn.r, m->A};
     take_out(m->model.theta + chain_ae_size, x);
     turn.next = m->model;
-    turn.judged = 0;
-    turn.phase = SAVE;
-    if (roln_newton_step(1, table, &newton, &g, x, &m->state, next, turn.expect, turn.keep, scratch.step) != ROLN_OK) return;
+    turn.compared = 0;
+    if (roln_newton_step(1, table, &newton, &g, x, &m->state, next, turn.expect, turn.keep, scratch.step) != ROLN_OK) {
+        refuse(m);
+        return;
+    }
     put_in(next, turn.next.theta + chain_ae_size);
     turn.phase = JUDGE;
 }
 
+/* Is the step what the rows foretold? */
 static void judge(memory *m)
 {
-    (void)row(m, &turn.next, turn.judged, NULL, turn.there + turn.judged); /* where it fails: infinite */
-    if (++turn.judged < JUDGES) return;
-    turn.phase = SAVE;
-    if (roln_newton_accept(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) {
-        m->model = turn.next;
-        memcpy(m->older, turn.keep, sizeof m->older);
-    } else if (m->state.lambda < GIVE_UP) {
-        turn.phase = STEP;
+    for (int k = 0; k < JUDGES; k++)
+        (void)row(m, &turn.next, k, NULL, turn.there + k); /* where it fails: infinite */
+    if (roln_newton_accept(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) turn.phase = COMPARE;
+    else if (m->state.lambda < GIVE_UP) turn.phase = STEP;
+    else refuse(m);
+}
+
+/* Does it predict the held-out windows no worse? */
+static void compare(memory *m)
+{
+    const int k = turn.compared;
+    float now[HELD], next[HELD];
+    turn.errors[k] = m->held[k].tick > 0 ? roll(&turn.next, &m->held[k]) : 0;
+    if (++turn.compared < HELD) return;
+    const int count = errors_of(m, now, next);
+    if (!held_no_worse(count, now, next)) {
+        refuse(m);
+        return;
     }
+    m->model = turn.next;
+    memcpy(m->older, turn.keep, sizeof m->older);
+    for (int i = 0; i < HELD; i++)
+        m->held[i].error = turn.errors[i];
+    const float median = held_median(count, next);
+    if (m->good == 0 || median < m->good) m->good = median;
+    m->accepted++, m->begun++, m->refusals = 0;
+    turn.phase = SAVE;
 }
 
 /* One tick of the learner, x measured. Returns the copy to work on. */
@@ -189,15 +335,17 @@ static int tick(int copy, const chain_state *x)
 {
     memory *m = &copies[copy];
     const phases now = turn.phase;
-    if (now == SAMPLE && m->samples >= 4 && m->tick % EVERY == 0) sample(m, x);
+    if (now == SAMPLE) watch(m, x);
+    if (now == LOOK) look(m);
     if (now == SUMS) sums(m);
     if (now == STEP) step(m);
     if (now == JUDGE) judge(m);
+    if (now == COMPARE) compare(m);
     m->tick++, m->samples++;
     memmove(m->last + 1, m->last, 3 * sizeof *m->last);
     m->last[0] = *x;
     if (now != SAVE) return copy;
-    turn.phase = SAMPLE, turn.rows = 0;
+    turn.phase = SAMPLE;
     return kept_save(marks, copies, (int)sizeof *copies, copy);
 }
 
@@ -219,7 +367,7 @@ static void test(const chain_params *model, const float mass[N])
     float error[2] = {0, 0}, size[2] = {0, 0};
     for (int t = 0; t < TESTS; t++) {
         rods machine;
-        chain_state x, y;
+        chain_state x, y = {{0}, {0}};
         chain_latent s;
         roln_status st;
         move(&machine, &seed);
@@ -227,9 +375,9 @@ static void test(const chain_params *model, const float mass[N])
         st = chain_encode(model, &x, &s, &scratch.work.encode);
         for (int k = 1; k <= TEST_STEPS && st == ROLN_OK; k++) {
             const int late = k > TEST_STEPS / 4;
-            for (int i = 0; i < 5; i++)
+            for (int i = 0; i < STEP_TICKS; i++)
                 rods_step(&machine, mass, NULL, TICK);
-            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work.step);
+            st = chain_step(model, &s, NULL, STEP_TICKS * TICK, &scratch.work.step);
             if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work.decode);
             rods_read(&machine, &x);
             for (int i = 0; i < N && k % (late ? TEST_STEPS : TEST_STEPS / 4) == 0; i++) {
@@ -263,25 +411,25 @@ static uint64_t hash_of(const memory *m)
 
 static void start(memory *m)
 {
-    static const roln_newton anew = ROLN_NEWTON_START;
+    static const roln_newton state = ROLN_NEWTON_START;
     memset(m, 0, sizeof *m);
     m->model = chain_weights;
-    m->state = anew;
-    m->state.lambda = 1e-6f; /* A has its diagonal */
+    m->state = state;
+    begin_anew(m);
     m->seed = SEED;
-    put_text("start\ntrained   ");
-    test(&m->model, before);
 }
 
 int main(void)
 {
-    static const char *const names[PHASES] = {"sample ", ", sums ", ", step ", ", judge ", ", save "};
-    uint32_t most[PHASES] = {0, 0, 0, 0, 0};
+    static const char *const names[PHASES] = {"sample ", ", look ", ", sums ", ", step ", ", judge ", ", compare ", ", save "};
+    uint32_t most[PHASES] = {0, 0, 0, 0, 0, 0, 0};
     int copy = kept_open(marks, copies, (int)sizeof *copies);
     if (chain_model.lnn.mass_net.size[chain_model.lnn.mass_net.layers - 1] != LAST) return 1;
     if (copy < 0) {
-        copy = 0;
         start(&copies[0]);
+        put_text("start\ntrained   ");
+        test(&copies[0].model, before);
+        copy = kept_save(marks, copies, (int)sizeof *copies, 0);
     } else {
         put_text("resumed at tick ");
         put_integer(copies[copy].tick, 0);
@@ -301,10 +449,12 @@ int main(void)
         if (used > most[now]) most[now] = used;
     }
     report(TICKS, &copies[copy]);
-    put_text("steps taken ");
-    put_integer(copies[copy].state.taken, 0);
+    put_text("turns accepted ");
+    put_integer(copies[copy].accepted, 0);
     put_text(", refused ");
-    put_integer(copies[copy].state.refused, 0);
+    put_integer(copies[copy].refused, 0);
+    put_text(", left out ");
+    put_integer(copies[copy].left_out, 0);
     put_text("\nhash ");
     put_hex(hash_of(&copies[copy]), 16);
     put_text("\ninstructions of a tick: ");

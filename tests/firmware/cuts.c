@@ -5,7 +5,7 @@
    library's, so that the writes of kept_save and kept_open are known one by one, as words of 32 bits, low or high half of 64
    first. A cut leaves the words before it, and of the one at hand any of its four bytes, or any bits. kept_open then must find a
    whole state: the one saved before, or the new one, and the new one for certain once its number is written. So it must if power
-   goes again while it recovers, at any of its own writes. First a small state, with everything; then the 41 kB of adapt.c, in the
+   goes again while it recovers, at any of its own writes. First a small state, with everything; then the 42 kB of adapt.c, in the
    middle of its learning, at a save. */
 #include <string.h>
 static void *copy_words(void *to, const void *from, size_t size);

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/* held_out.h - decides on the device whether an update of a model is accepted.
+
+   Keep windows of motion that are never learned from: a start state, the torques, and the joints at the end. For each window
+   compute the error of a roll-out with the weights in use, now [count], and with the updated weights, next [count]. Errors are
+   >= 0. An error that cannot be computed is HELD_FAILED. count is 1 .. HELD_MOST.
+
+   Errors are compared with the median of `now`. So bad data in fewer than half of the windows do not move the bounds. After a
+   change of the machine the bounds follow as soon as more than half of the windows are newer than the change. */
+#ifndef HELD_OUT_H
+#define HELD_OUT_H
+
+enum { HELD_MOST = 64, HELD_FAR = 16 }; /* HELD_FAR, in medians: a larger error is of bad data, or of a machine that has changed */
+#define HELD_FAILED 1e9f
+
+/* The median of e [count]; the smaller one, if two are in the middle. At most count^2 / 2 comparisons. */
+static float held_median(int count, const float *e)
+{
+    float sorted[HELD_MOST];
+    for (int i = 0; i < count; i++) {
+        int k = i;
+        for (; k > 0 && sorted[k - 1] > e[i]; k--)
+            sorted[k] = sorted[k - 1];
+        sorted[k] = e[i];
+    }
+    return sorted[(count - 1) / 2];
+}
+
+/* True if motion may be learned from whose roll-out with the weights in use has this error. False for NaN. */
+static int held_near(float error, int count, const float *now)
+{
+    return error <= HELD_FAR * held_median(count, now);
+}
+
+/* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not
+   grow, and the windows that become better must outnumber those that become worse by at least count / 8. */
+static int held_no_worse(int count, const float *now, const float *next)
+{
+    const float cap = HELD_FAR * held_median(count, now);
+    float change = 0;
+    int better = 0;
+    for (int i = 0; i < count; i++) {
+        const float a = now[i] < cap ? now[i] : cap, b = next[i] < cap ? next[i] : cap;
+        change += b * b - a * a;
+        better += (b < a) - (b > a);
+    }
+    return change <= 0 && better >= count / 8;
+}
+
+#endif

@@ -1,0 +1,316 @@
+/* SPDX-License-Identifier: MIT */
+/* hour.c - an hour of adapt.c on a PC. The payload changes every four minutes, bad data come in twice between two changes, and the
+   power is cut at random instants. The same hour is done three times:
+
+   1. As it is. After every accepted update the new weights predict TESTED windows that the learner does not see, of the machine as
+      it is at that time and without bad data.
+   2. With power cuts, at any tick and within a save. The weights at the end must be those of the first hour, to the last bit.
+   3. Without the checks of held_out.h: all is learned from, and every update is accepted.
+
+   First held_out.h alone. Errors are in mrad: root of the mean square over joints and windows, at the end of a window. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdio.h>
+#include <string.h>
+#include "held_out.h"
+
+static int checked = 1;
+
+static int near_or_unchecked(float error, int count, const float *now)
+{
+    return !checked || held_near(error, count, now);
+}
+
+static int no_worse_or_unchecked(int count, const float *now, const float *next)
+{
+    return !checked || held_no_worse(count, now, next);
+}
+
+int adapt_main(void);
+static void *copy_or_cut(void *to, const void *from, size_t size);
+#define held_near near_or_unchecked
+#define held_no_worse no_worse_or_unchecked
+#define memcpy copy_or_cut
+#define main adapt_main
+#include "../../examples/firmware/adapt.c"
+#undef held_near
+#undef held_no_worse
+#undef memcpy
+#undef main
+
+#ifndef BAD
+#define BAD 1600 /* ticks of bad data */
+#endif
+enum {
+    PARTS = 15, PART = 48000,       /* parts of the hour with a payload each, ticks of one */
+    CORNERED = 10000,               /* ticks of motion in a corner, which is good data */
+    TESTED = 60
+};
+#define MARGIN 1.0f /* mrad: by so much the error may rise over the least one of the part */
+
+static const float payload[PARTS] = {0.2f, 0, -0.1f, 0.4f, 0.1f, 0.3f, 0, 0.2f, -0.2f, 0, 0.15f, 0.4f, 0.35f, -0.1f, 0};
+typedef enum { STUCK, SCALED, LATE, NOT_A_NUMBER, HAND, CORNER, KINDS, NONE } kinds;
+static const char *const name_of[KINDS] = {"stuck", "times 10", "late", "NaN", "hand", "corner"};
+
+static int passed, failed;
+static void check(int good, const char *what, int part)
+{
+    if (good) passed++;
+    else failed++, printf("part %d: %s\n", part, what);
+}
+
+/* ---- held_out.h ---- */
+
+/* The median by counting: the least number that is not less than half of them. */
+static float slow_median(int count, const float *e)
+{
+    float best = INFINITY;
+    for (int i = 0; i < count; i++) {
+        int least = 0;
+        for (int k = 0; k < count; k++)
+            least += e[k] <= e[i];
+        if (2 * least >= count && e[i] < best) best = e[i];
+    }
+    return best;
+}
+
+static void test_held(void)
+{
+    uint64_t seed = 5;
+    float now[HELD_MOST], next[HELD_MOST];
+    int medians = 0, minority = 0, same = 0;
+    for (int t = 0; t < 4000; t++) {
+        const int count = 1 + t % HELD_MOST, bad = (count - 1) / 2;
+        for (int i = 0; i < count; i++) {
+            now[i] = t % 2 ? (float)(int)(5 * roln_uniform(&seed)) : roln_uniform(&seed); /* with ties, without */
+            if (t % 7 == 0 && roln_uniform(&seed) < 0.3f) now[i] = HELD_FAILED;
+        }
+        medians += held_median(count, now) != slow_median(count, now);
+        same += held_no_worse(count, now, now) != (count < 8);
+        for (int i = 0; i < count; i++) { /* the bad windows become far better or stay, all others become worse by 1 % */
+            now[i] = i < bad ? 100 * roln_uniform(&seed) : 1 + roln_uniform(&seed);
+            next[i] = i < bad ? now[i] * 0.5f : 1.01f * now[i];
+        }
+        minority += held_no_worse(count, now, next) || held_median(count, now) > 2 || held_near(32.01f, count, now);
+    }
+    check(medians == 0, "a median is wrong", 0);
+    check(minority == 0, "fewer than half of the windows decide", 0);
+    check(same == 0, "weights that change nothing", 0);
+    for (int i = 0; i < 16; i++)
+        now[i] = 1, next[i] = i < 8 ? 0.5f : 0.9f;
+    check(held_no_worse(16, now, next) && !held_no_worse(16, next, now), "better is refused", 0);
+    check(held_near(16, 16, now) && !held_near(16.01f, 16, now) && !held_near(NAN, 16, now), "the bound of errors", 0);
+    next[3] = NAN;
+    check(!held_no_worse(16, now, next), "a NaN is accepted", 0);
+}
+
+/* ---- the hour ---- */
+
+static int copy;
+static float mass[N];
+static window clean[TESTED];
+static struct {
+    int on;
+    uint64_t seed;
+    uint32_t cuts, in_saves;
+    jmp_buf back;
+} power;
+
+/* A part of a save may be all that is written. */
+static void *copy_or_cut(void *to, const void *from, size_t size)
+{
+    if (power.on && size == sizeof(memory) && roln_uniform(&power.seed) < 0.02f) {
+        memcpy(to, from, (size_t)((float)size * roln_uniform(&power.seed)));
+        power.in_saves++;
+        longjmp(power.back, 1);
+    }
+    return memcpy(to, from, size);
+}
+
+/* What disturbs tick `at` of the hour: of the two of a part, in its middle and after three quarters. */
+static kinds kind_at(uint32_t at)
+{
+    const uint32_t part = at / PART, half = at % PART / (PART / 4);
+    if (half < 2) return NONE;
+    const kinds kind = (kinds)((2 * part + half - 2) % KINDS);
+    return at % (PART / 4) < (kind == CORNER ? CORNERED : BAD) ? kind : NONE;
+}
+
+/* q, qd of one joint as a bad encoder has them. */
+static void spoil(kinds kind, uint32_t at, chain_state *x)
+{
+    const uint32_t j = at / PART * 3 % N;
+    if (kind == STUCK) x->q[j] = 0.3f, x->qd[j] = 0;
+    if (kind == SCALED) x->q[j] *= 10, x->qd[j] *= 10;
+    if (kind == LATE) x->q[j] -= 0.04f * x->qd[j]; /* 40 ms */
+    if (kind == NOT_A_NUMBER && at % 13 == 0) x->q[j] = NAN;
+}
+
+static void one_tick(void)
+{
+    memory *m = &copies[copy];
+    const kinds kind = kind_at(m->tick);
+    const float hand[N] = {0.5f}; /* Nm */
+    chain_state x;
+    for (int i = 0; i < N; i++)
+        mass[i] = i < 4 ? 0.1f : 0.1f * (1 + payload[m->tick / PART]);
+    if (m->tick % PUSH == 0) {
+        move(&m->machine, &m->seed), m->samples = 0;
+        for (int i = 0; i < n && kind == CORNER; i++)
+            m->machine.z[i] = 0.5f + 0.1f * m->machine.z[i], m->machine.zd[i] *= 0.1f;
+    }
+    rods_step(&m->machine, mass, kind == HAND ? hand : NULL, TICK);
+    rods_read(&m->machine, &x);
+    spoil(kind, m->tick, &x);
+    copy = tick(copy, &x);
+}
+
+/* Windows of the machine as it is. */
+static void make_clean(void)
+{
+    uint64_t seed = 77;
+    for (int t = 0; t < TESTED; t++) {
+        rods machine;
+        chain_state x;
+        move(&machine, &seed);
+        rods_read(&machine, &x);
+        if (chain_encode(&chain_weights, &x, &clean[t].start, &scratch.work.encode) != ROLN_OK) check(0, "encode", 0);
+        for (int i = 0; i < WINDOW; i++)
+            rods_step(&machine, mass, NULL, TICK);
+        rods_read(&machine, &x);
+        memcpy(clean[t].end, x.q, sizeof x.q);
+    }
+}
+
+/* mrad; a roll-out that fails or is off by more counts as 1000. */
+static float error_of(const chain_params *p)
+{
+    float sum = 0;
+    for (int t = 0; t < TESTED; t++) {
+        const float e = roll(p, &clean[t]);
+        sum += e < 1 ? e * e : 1;
+    }
+    return 1000 * ROLN_SQRT(sum / TESTED);
+}
+
+/* Of a part, mrad: with the weights of the part before, after 20 s, after 40 s; before each disturbance and the most until 24 s
+   after its begin, or 54 s of a corner; at the end; the largest rise over the least one before. Then turns. */
+typedef struct {
+    float first, at20, at40, before[2], most[2], end, rise;
+    uint32_t accepted, refused, left_out, anew;
+} row_of;
+static row_of rows[2][PARTS];
+
+/* Before tick `at`, with the error then. least: since the part began. */
+static void note(row_of *r, const memory *m, uint32_t at, float error, float least)
+{
+    const uint32_t in = at % PART, half = in / (PART / 4), since = in % (PART / 4);
+    if (in == 0) r->first = error;
+    if (in == 4000) r->at20 = error;
+    if (in == 8000) r->at40 = error;
+    if (half >= 2) {
+        if (since == 0) r->before[half - 2] = r->most[half - 2] = error;
+        if (since < 10800 && error > r->most[half - 2]) r->most[half - 2] = error;
+    }
+    if (error - least > r->rise) r->rise = error - least;
+    r->end = error;
+    r->accepted = m->accepted, r->refused = m->refused, r->left_out = m->left_out, r->anew = m->anew;
+}
+
+static void begin(void)
+{
+    memset(&turn, 0, sizeof turn);
+    memset(marks, 0, sizeof marks);
+    start(&copies[0]);
+    copy = kept_save(marks, copies, (int)sizeof *copies, 0);
+}
+
+/* The hour as it is, or without checks. Returns the hash of what was learned. */
+static uint64_t hour(int checks)
+{
+    float error = 0, least = 0;
+    uint32_t accepted = 0;
+    checked = checks;
+    begin();
+    while (copies[copy].tick < PARTS * PART) {
+        const uint32_t at = copies[copy].tick;
+        one_tick();
+        if (at % PART == 0) make_clean(), least = error = error_of(&copies[copy].model);
+        if (copies[copy].accepted != accepted) error = error_of(&copies[copy].model), accepted = copies[copy].accepted;
+        if (error < least) least = error;
+        note(&rows[checks][at / PART], &copies[copy], at, error, least);
+    }
+    return hash_of(&copies[copy]);
+}
+
+static uint64_t hour_with_cuts(void)
+{
+    checked = 1;
+    begin();
+    power.seed = 3, power.on = 1;
+    if (setjmp(power.back)) {
+        memset(&turn, 0, sizeof turn); /* start-up */
+        power.cuts++;
+        copy = kept_open(marks, copies, (int)sizeof *copies);
+        if (copy < 0) return 0;
+    }
+    while (copies[copy].tick < PARTS * PART) {
+        if (roln_uniform(&power.seed) < 1 / 1500.0f) longjmp(power.back, 1);
+        one_tick();
+    }
+    power.on = 0;
+    return hash_of(&copies[copy]);
+}
+
+/* ---- report ---- */
+
+static void print_table(void)
+{
+    puts("| minute | payload | at first | 20 s | 40 s | disturbance: before, most | second one | end | largest rise "
+         "| accepted, refused, left out | without checks: most, end |");
+    puts("|---|---|---|---|---|---|---|---|---|---|---|");
+    for (int p = 0; p < PARTS; p++) {
+        static const row_of none;
+        const row_of *r = &rows[1][p], *last = p > 0 ? r - 1 : &none, *un = &rows[0][p];
+        printf("| %d | %+.0f %% | %.1f | %.2f | %.2f |", 4 * p, (double)(100 * payload[p]), (double)r->first, (double)r->at20,
+               (double)r->at40);
+        for (int k = 0; k < 2; k++)
+            printf(" %s %.2f, %.2f |", name_of[(2 * p + k) % KINDS], (double)r->before[k], (double)r->most[k]);
+        printf(" %.2f | %.2f | %u, %u, %u | %.1f, %.1f |\n", (double)r->end, (double)r->rise, r->accepted - last->accepted,
+               r->refused - last->refused, r->left_out - last->left_out,
+               (double)(un->most[0] > un->most[1] ? un->most[0] : un->most[1]), (double)un->end);
+    }
+}
+
+int main(void)
+{
+    const row_of *last = &rows[1][PARTS - 1];
+    float most = 0, trained, rise = 0;
+    test_held();
+    const uint64_t hash = hour(1), again = hour_with_cuts();
+    hour(0);
+    print_table();
+    for (int i = 0; i < N; i++)
+        mass[i] = 0.1f;
+    make_clean(), trained = error_of(&chain_weights);
+    for (int p = 0; p < PARTS; p++) {
+        const row_of *r = &rows[1][p];
+        check(r->rise <= MARGIN, "an update makes predictions worse", p);
+        check(r->end <= 0.75f * trained && r->at40 <= 1.5f * trained, "the payload is not learned", p);
+        for (int k = 0; k < 2; k++)
+            check(r->most[k] <= r->before[k] + MARGIN / 2, name_of[(2 * p + k) % KINDS], p);
+        if (r->rise > rise) rise = r->rise;
+        for (int k = 0; k < 2; k++)
+            if (rows[0][p].most[k] > most) most = rows[0][p].most[k];
+    }
+    check(last->anew >= PARTS / 2 && last->anew < PARTS, "learning begins anew at other times than changes", 0);
+    check(hash == again, "other weights after power cuts", 0);
+    check(power.cuts > 500 && power.in_saves > 100, "hardly any power cuts", 0);
+    check(most > 50 * MARGIN, "the bad data are harmless", 0);
+    printf("the trained model, its own machine: %.2f mrad\n", (double)trained);
+    printf("figure: updates accepted %u, refused %u, turns left out %u; ", last->accepted, last->refused, last->left_out);
+    printf("largest rise %.2f mrad, without checks errors up to %.0f mrad\n", (double)rise, (double)most);
+    printf("figure: power cuts %u, of them %u within a save; the same bits\n", power.cuts, power.in_saves);
+    printf("%d passed, %d failed\n", passed, failed);
+    return failed > 0;
+}
