@@ -252,7 +252,10 @@ static uint64_t hour_with_cuts(void)
         memset(&turn, 0, sizeof turn); /* start-up */
         power.cuts++;
         copy = kept_open(marks, copies, (int)sizeof *copies);
-        if (copy < 0) return 0;
+        if (copy < 0) {
+            power.on = 0;
+            return 0;
+        }
     }
     while (copies[copy].tick < PARTS * PART) {
         if (roln_uniform(&power.seed) < 1 / 1500.0f) longjmp(power.back, 1);
