@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* tick.c - NAME_tick, a whole control tick, of any bits in parameters, measurement, reference, gains, latent state, guard and
    scratch: nothing undefined, and torques as in guard.c. A double pendulum with all checks; -DFURUTA, -DARM: the models of
-   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart;
-   -DKNOWN: it has evidence, any bits, too. */
+   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart, and a limit of the
+   residual that follows; -DKNOWN: evidence, any bits, in its place. */
 
 #include "eva.h"
 
@@ -25,9 +25,14 @@ enum { COUNT = arm_N };
 #define NAME(x) chart_##x
 enum { COUNT = 3 };
 static const float top[COUNT] = {60, 0.5f, 8};
+#ifdef KNOWN
 static roln_real known[ROLN_TRI(chart_terms)];
-static roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .tau_each = top, .hold = 3, .q_tolerance = 0.05f,
-                             .qd_tolerance = 1};
+static roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .tau_each = top, .hold = 3, .q_tolerance = 0.05f, .qd_tolerance = 1,
+                             .evidence = known};
+#else
+static const roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .residual = 3, .tau_each = top, .hold = 3, .q_tolerance = 0.05f,
+                                   .qd_tolerance = 1, .residual_window = 10, .false_alarms = 0.001f};
+#endif
 #else
 #include "pend2.h"
 #define NAME(x) pend2_##x
@@ -47,7 +52,7 @@ int main(void)
 {
     int i;
 #ifdef KNOWN
-    EVA_ANY(known), EVA_ANY(limits.novelty), limits.evidence = known;
+    EVA_ANY(known), EVA_ANY(limits.novelty);
 #endif
     EVA_ANY(params), EVA_ANY(x), EVA_ANY(ref), EVA_ANY(s), EVA_ANY(guard), EVA_ANY(work);
     NAME(tick)(&params, &limits, &x, &ref, &s, &guard, &work);
