@@ -31,7 +31,8 @@ static const roln_limits belt_limits = {
     0, /* safe: no torque once the guard has expired; an array of yours holds an arm up */
     0, /* motors: at each joint, or the learned inputs */
     0, /* evidence: none, novelty is not checked */
-    ROLN_C(0.0) /* novelty: not checked */
+    ROLN_C(0.0), /* novelty: not checked */
+    ROLN_C(0.0) /* false_alarms: none, residual is a fixed limit */
 };
 
 /* Noise of NAME_filter_tick, from 2015 ticks of held-out recordings. */
