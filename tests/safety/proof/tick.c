@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* tick.c - NAME_tick, a whole control tick, of any bits in parameters, measurement, reference, gains, latent state, guard and
    scratch: nothing undefined, and torques as in guard.c. A double pendulum with all checks; -DFURUTA, -DARM: the models of
-   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there. -DCHART: an autoencoder with a chart, and a limit of the
-   residual that follows; -DKNOWN: evidence, any bits, in its place. */
+   examples/furuta_tick.h and examples/arm_tick.h, with the limits that stand there; -DCHART: an autoencoder with a chart, and a
+   limit of the residual that follows; -DKNOWN: evidence, any bits, in its place. */
 
 #include "eva.h"
 
