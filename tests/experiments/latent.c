@@ -84,7 +84,7 @@ static pass pass_of(const struct latent *m, roln_real *mem)
 
 static void add_net(struct latent *m, int T, int in, int out)
 {
-    const roln_mlp f = {3, {in, HIDDEN, HIDDEN, out}};
+    const roln_mlp f = {3, {in, HIDDEN, HIDDEN, out}, 0};
     m->net[m->nets] = f;
     m->T[m->nets++] = T;
     m->at[m->nets] = m->at[m->nets - 1] + roln_mlp_params(&f);

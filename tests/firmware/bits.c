@@ -95,7 +95,7 @@ static void network(int kind)
 {
     const int in = 1 + roln_randint(6, &seed), wide = 1 + roln_randint(16, &seed), out = 1 + roln_randint(10, &seed);
     const int planes = 1 + roln_randint(4, &seed);
-    const roln_mlp f = {3, {in, wide, wide, out}};
+    const roln_mlp f = {3, {in, wide, wide, out}, 0};
     static roln_real slope[2][2 * 16];
     fill(ROOM, kind, A), fill(ROOM, kind, B);
     start(kind);
@@ -105,7 +105,7 @@ static void network(int kind)
     compare("slope", in, wide, out, 2 * wide, slope[0], slope[1]);
     start(kind);
     for (int k = 0; k < 2; k++)
-        (k ? plain : fast).mlp_gradient(&f, planes, 1, A, slope[1], B, C[k], D[k]);
+        (k ? plain : fast).mlp_gradient(&f, planes, 1, A, slope[1], B, C[k], D[k], NULL);
     compare("gradient", in, wide, out, ROOM, C[0], C[1]), compare("input", in, wide, out, ROOM, D[0], D[1]);
 }
 

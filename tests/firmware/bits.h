@@ -17,7 +17,7 @@ struct kernels {
     void (*mlp)(const roln_mlp *f, int value, int planes, int nb, const roln_real *theta, const roln_real *x, roln_real *y,
                 roln_real *slope, roln_real *out);
     void (*mlp_gradient)(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_real *slope, const roln_real *gy,
-                         roln_real *ga, roln_real *gx);
+                         roln_real *ga, roln_real *gx, roln_real *work);
     uint32_t (*tick)(const chain_params *p, const roln_limits *limits, const chain_state *x, const chain_target *ref,
                      chain_latent *s, chain_guard *guard, chain_tick_work *work);
     roln_status (*step)(const chain_params *p, chain_latent *s, const roln_real *tau, roln_real dt, chain_step_work *work);

@@ -55,7 +55,7 @@ static void mm_bt(const row *r)
     roln_mm_bt(1, r->size[1], r->size[0], x, A, y);
 }
 
-static const roln_mlp mlp = {3, {10, 64, 64, 10}};
+static const roln_mlp mlp = {3, {10, 64, 64, 10}, 0};
 static roln_real weights[6 * 1024], slope[128], out[128];
 
 static void network(const row *r)
