@@ -483,9 +483,10 @@ typedef struct {
     roln_real residual; /* of the energy rate, W, averaged over limits.residual_window */
     roln_real allocation_residual; /* of the last tau_z that motors had to make, the part that they could not (NAME_allocate) */
     /* with limits.false_alarms */
-    roln_real sum, raised; /* of the residuals of this window; alarms beyond those that were expected, until the last one */
-    int ticks;             /* of this window */
-    uint32_t since;        /* windows since the last alarm */
+    roln_real sum;    /* of the residuals of this window */
+    int ticks;        /* of this window */
+    roln_real raised; /* excess of the alarms over their expected number, at the last alarm */
+    uint32_t since;   /* windows since then */
 } roln_guard;
 
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
@@ -4012,8 +4013,10 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
    zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
    A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
    limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
-   ticks. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares with them are the torques that
-   act, g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
+   ticks. limits->false_alarms = a makes it the mean of each w ticks: one beyond the limit is a bad tick, and the limit follows
+   (rolni_raised). Good ticks behind it do not end a row of bad ones for 1 / (16 a) windows. With ROLN_DELAY x and s are as measured
+   all the same, not ahead: what the guard compares with them are the torques that act, g->sent[0]. Each call
+   adds a torque to those on their way, so call it once a tick. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
@@ -6349,8 +6352,6 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
 }
 
 /* ---- 15 range, limits and noise from recordings ---------------------------------------------- */
-
-#define ROLNI_TAIL 128 /* parts of an interval of residuals */
 
 /* Low and high z, largest |zd| [n] over the first samples of the windows of b. Status of NAME_encode; then they are scratch. */
 ROLN_FN roln_status ROLNI_(range)(const ROLN_(params) *p, const roln_batch *b, roln_real *low, roln_real *high, roln_real *top,
