@@ -5,6 +5,7 @@
 
 #include "arm.h"
 #include "arm_weights.h" /* static const arm_params arm_weights: flash */
+#include "arm_limits.h"  /* static const arm_evidence arm_known: flash; as the trainer wrote it beside the weights */
 
 #define TICK ROLN_C(0.001)           /* s */
 #define STEPS 4096                   /* of an encoder's turn */
@@ -14,7 +15,9 @@
 static const roln_real most[arm_N] = {60, 120, 60, 15, 15, 8}; /* Nm */
 static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, about 30 rad/s */
 static const roln_real damp[arm_N] = {80, 160, 52, ROLN_C(3.2), ROLN_C(3.2), ROLN_C(1.1)};
-static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .hold = 5, .tau_each = most};
+/* Novelty is that of arm_limits.h, margin twice that. */
+static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .hold = 5, .tau_each = most,
+                                   .evidence = arm_known.L, .novelty = 31};
 
 /* Encoders that round, and torques that the model misses, a twentieth of the largest; load is read with ROLN_LOAD 1 in arm.h. */
 static const roln_real missed[arm_N] = {3, 6, 3, ROLN_C(0.75), ROLN_C(0.75), ROLN_C(0.4)};

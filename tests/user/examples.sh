@@ -139,11 +139,14 @@ else
     failed=$((failed + 1))
     tail -n 5 build/examples/demo.log
 fi
-# and the trainer those of furuta.c, of arm.c and of belt.c, six minutes of a core, from their recordings
+# and the trainer those of furuta.c, of arm.c and of belt.c, six minutes of a core, from their recordings; and what it fits to them,
+# but for what is fitted to as many windows as there is time for
+fitted() { sed -e '/ lasts, s: /d' -e '/^.. Noise of/q' "$1"; }
 for m in furuta $([ "$1" = few ] || echo arm belt); do
     cc=$m
     rm -f build/${m}_weights.h
-    if make -s build/${m}_weights.h > build/examples/train.log 2>&1 && cmp build/${m}_weights.h examples/${m}_weights.h; then
+    if make -s build/${m}_weights.h > build/examples/train.log 2>&1 && cmp build/${m}_weights.h examples/${m}_weights.h &&
+        fitted build/${m}_limits.h > build/examples/fitted && fitted examples/${m}_limits.h | cmp build/examples/fitted -; then
         passed=$((passed + 1))
     else
         failed=$((failed + 1))

@@ -5,7 +5,7 @@
 #include "eva.h"
 #include "pend2.h"
 
-#define limits arm_limits
+#define limits arm_tick_limits
 #define controller arm_controller
 #define controller_tick arm_controller_tick
 #include "arm_tick.h"
@@ -49,7 +49,7 @@ int main(void)
 {
     EVA_ANY(safe);
     furuta_proof(&limits, torque);
-    arm_proof(&arm_limits, most);
+    arm_proof(&arm_tick_limits, most);
     pend2_proof(&checks, each);
     pend2_proof(&strict, each);
     /*@ assert ended: \true; */

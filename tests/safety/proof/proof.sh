@@ -98,7 +98,8 @@ one() {
     frames) eva frames 2 '' $frames && eva frames-line 1 '' -eva-slevel 20 -main serial_main -eva-use-spec take ;;
     tick)
         eva tick 3 '' $tick pend2_i_faults:0:256 && eva tick-furuta 3 -DFURUTA $tick furuta_i_faults:0:256 &&
-            eva tick-arm 3 -DARM $tick arm_i_faults:0:256 $eig
+            eva tick-arm 3 -DARM $tick arm_i_faults:0:256 $eig -eva-use-spec arm_i_novelty &&
+            eva tick-novelty 1 -DARM -main novelty_main $tick arm_i_faults:0:256
         ;;
     chart)
         eva tick-chart 3 -DCHART $tick chart_i_faults:0:256 && eva tick-known 3 '-DCHART -DKNOWN' $tick chart_i_faults:0:256

@@ -16,6 +16,9 @@ static const float top[COUNT] = {TORQUE};
 #define NAME(x) arm_##x
 #define top most
 enum { COUNT = arm_N };
+/* The guard of the arm has 3^6 ways to clip torques. There novelty is any number; proved of any state by itself: novelty_main. */
+/*@ assigns t[0 .. arm_terms - 1], \result \from \nothing; */
+static roln_real arm_i_novelty(const arm_params *p, const roln_real *L, const roln_real *z, const roln_real *zd, roln_real *t);
 #elif defined CHART
 #define ROLN_NAME chart
 #define ROLN_AE 3, 2
@@ -47,6 +50,17 @@ static NAME(target) ref;
 static NAME(latent) s;
 static NAME(guard) guard;
 static NAME(tick_work) work;
+
+#ifdef ARM
+int novelty_main(void)
+{
+    static roln_real t[arm_terms];
+    EVA_ANY(params), EVA_ANY(s), EVA_ANY(t);
+    arm_i_novelty(&params, limits.evidence, s.z, s.zd, t);
+    /*@ assert ended: \true; */
+    return 0;
+}
+#endif
 
 int main(void)
 {
