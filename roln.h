@@ -405,7 +405,7 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 #define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin, or
                                      their novelty is beyond limits.novelty. */
 #define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual. */
-#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed. */
+#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks, or alarms, in a row. Torques are safe until the guard is zeroed. */
 #define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than q_tolerance or qd_tolerance from what the model can represent. */
 #define ROLN_CLIPPED 256u         /* A torque was clipped to a limit of torque or rate. This is no fault. */
 
@@ -429,8 +429,8 @@ typedef struct {
     const roln_motors *motors; /* where they act, and torques are theirs; NULL: at each joint, or the learned inputs */
     const roln_real *evidence; /* NAME_evidence.L of the states that are known; NULL: novelty is not checked */
     roln_real novelty;         /* largest novelty of a state (NAME_doubt) */
-    roln_real false_alarms; /* part of the windows of good motion that may be beyond `residual`, which the guard then lets follow
-                               them (rolni_alarm); 0: `residual` is a fixed limit of the running mean */
+    roln_real false_alarms; /* part of the windows of good motion, below 1, that may be beyond `residual`, which the guard then lets
+                               follow them (rolni_alarm); it needs a residual. 0: `residual` is a fixed limit of the running mean */
 } roln_limits; /* torques: the count of motors with a B, else NAME_force_size */
 
 /* How new a state is to a model. t [m] are the terms of the state: 1, its variables and products of their polynomials. With A the
@@ -487,6 +487,7 @@ typedef struct {
     int ticks;        /* of this window */
     roln_real raised; /* excess of the alarms over their expected number, at the last alarm */
     uint32_t since;   /* windows since then */
+    uint32_t alarms;  /* in a row, up to then; 0: there was none */
 } roln_guard;
 
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
@@ -498,7 +499,7 @@ ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
     int i, k, valid = roln_all_finite(9, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
     for (i = 1; i < 9; i++)
         valid &= bound[i] >= 0;
-    valid &= limits->false_alarms < 1;
+    valid &= limits->false_alarms < 1 && (limits->false_alarms <= 0 || limits->residual > 0);
     for (k = 0; k < 2; k++)
         for (i = 0; each[k] && i < nu; i++)
             valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
@@ -611,26 +612,30 @@ ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_gua
     return limits->residual * roln_exp(rolni_raised(limits, g) / 8);
 }
 
-/* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. */
+/* Ticks over which residuals are averaged: a longer mean would stand still in its rounding. */
+ROLN_FN roln_real rolni_window(const roln_limits *limits)
+{
+    return ROLN_MAX(1, ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS)));
+}
+
+/* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. An alarm
+   is one in a row in the window behind the last one, and later if it is not more than 1 / (16 a) windows behind it. Of all false
+   alarms, if they are independent and a <= 1 / 16, at most one in 16^k is followed by k more in a row. */
 ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
 {
-    const int window = ROLN_MAX(limits->residual_window, 1), last = g->ticks < 0 || g->ticks >= window - 1;
+    const roln_real window = rolni_window(limits), a = limits->false_alarms;
+    const int last = g->ticks < 0 || ROLNI_AS(roln_real, g->ticks) >= window - 1;
     int alarm;
     g->sum += r, g->ticks = last ? 0 : g->ticks + 1;
     if (!last) return 0;
-    r = g->sum / ROLNI_AS(roln_real, window);
+    r = g->sum / window;
     g->sum = 0, g->residual = roln_finite(r) ? r : 0;
     alarm = !(ROLN_ABS(r) <= rolni_residual_limit(limits, g));
     g->since += g->since < UINT32_MAX;
-    if (alarm) g->raised = rolni_raised(limits, g) + 1, g->since = 0;
-    return alarm;
-}
-
-/* Nonzero if the next alarm would be one in a row: after 1 / (16 a) windows at most. Of all false alarms, if they are independent,
-   one in 16^k is followed by k more in a row. */
-ROLN_FN int rolni_alarmed(const roln_limits *limits, const roln_guard *g)
-{
-    return limits->false_alarms > 0 && 16 * limits->false_alarms * ROLNI_AS(roln_real, g->since) <= 1;
+    if (!alarm) return 0;
+    g->alarms = g->since > 1 && 16 * a * ROLNI_AS(roln_real, g->since) > 1 ? 1 : g->alarms + (g->alarms < UINT32_MAX);
+    g->raised = ROLN_MIN(rolni_raised(limits, g) + 1, 16), g->since = 0;
+    return 1;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
@@ -638,7 +643,7 @@ ROLN_FN int rolni_alarmed(const roln_limits *limits, const roln_guard *g)
    that is too large. */
 ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, roln_real before, roln_guard *g)
 {
-    const roln_real window = ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS));
+    const roln_real window = rolni_window(limits);
     roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
     if (limits->false_alarms > 0) return rolni_alarm(limits, r, g);
     if (window > 1) r = g->residual + (r - g->residual) / window;
@@ -3946,11 +3951,11 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->valid && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
     }
-    if (!known || !g->valid) g->sum = 0, g->ticks = 0; /* the next window begins */
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
-    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : rolni_alarmed(limits, g) ? g->bad : 0;
+    if ((bad & ROLN_FAULT_ENERGY) && limits->false_alarms > 0 && g->alarms > ROLNI_AS(uint32_t, limits->hold)) faults |= ROLN_FAULT_EXPIRED;
+    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : 0;
 #if ROLN_DELAY > 0
     for (i = 0; i < ROLN_(delay); i++) /* the torque of the last tick is on its way, whatever comes of this one */
         rolni_copy(ROLN_(force_size), ROLNI_COMING(guard, i), guard->sent[i]);
@@ -4013,8 +4018,8 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
    zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
    A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
    limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
-   ticks. limits->false_alarms = a makes it the mean of each w ticks: one beyond the limit is a bad tick, and the limit follows
-   (rolni_raised). Good ticks behind it do not end a row of bad ones for 1 / (16 a) windows. With ROLN_DELAY x and s are as measured
+   ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual is not known: one beyond the limit is an alarm
+   and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured
    all the same, not ahead: what the guard compares with them are the torques that act, g->sent[0]. Each call
    adds a torque to those on their way, so call it once a tick. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,

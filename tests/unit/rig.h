@@ -29,7 +29,7 @@ ROLN_FN int same_guard(const roln_guard *a, const roln_guard *b)
     return a->faults == b->faults && a->bad == b->bad && a->valid == b->valid && same(1, &a->energy, &b->energy) &&
            same(1, &a->power, &b->power) && same(1, &a->residual, &b->residual) &&
            same(1, &a->allocation_residual, &b->allocation_residual) && same(1, &a->sum, &b->sum) &&
-           same(1, &a->raised, &b->raised) && a->ticks == b->ticks && a->since == b->since;
+           same(1, &a->raised, &b->raised) && a->ticks == b->ticks && a->since == b->since && a->alarms == b->alarms;
 }
 
 ROLN_FN instance of_rig(int k, const rig *x)

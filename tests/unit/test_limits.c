@@ -62,7 +62,7 @@ typedef struct {
     roln_guard g;
     ld f;    /* the twin: alarms beyond those that were expected, within 16 */
     ld mean; /* of the residuals of this window */
-    long alarms, windows;
+    long alarms, windows, since, row; /* since the last alarm, and alarms in a row up to it */
 } followed;
 
 static void follow(followed *x, int window, roln_real a, roln_real limit)
@@ -88,8 +88,11 @@ static int residual_is(followed *x, roln_real r)
     CHECK_NEAR(x->g.residual, x->mean, window * (ld)ROLN_EPS * (fabsl(x->mean) + 100));
     if (fabsl(fabsl(x->mean) - limit) > 1e-3L * limit) CHECK(speaks == (fabsl(x->mean) > limit));
     x->f += (speaks ? 1 : 0) - a;
-    x->f = x->f < -16 ? -16 : x->f > 17 - a ? 17 - a : x->f; /* 16 in front of the last window */
-    CHECK_NEAR(rolni_raised(&x->l, &x->g), x->f > 16 ? 16 : x->f, 1e-3L);
+    x->f = x->f < -16 ? -16 : x->f > 16 ? 16 : x->f;
+    CHECK_NEAR(rolni_raised(&x->l, &x->g), x->f, 1e-3L);
+    x->since++;
+    if (speaks) x->row = x->since == 1 || 16 * a * (ld)x->since <= 1 ? x->row + 1 : 1, x->since = 0;
+    CHECK(x->g.alarms == (uint32_t)x->row && x->g.since == (uint32_t)x->since);
     x->mean = 0;
     return speaks;
 }
@@ -143,7 +146,7 @@ static void test_follow_edges(void)
     for (i = 0; i < 4; i++) { /* any bits: a limit within e^+-2, or the same, and the next windows are counted again */
         rolni_balance b = {2, 0};
         follow(&x, 4, ROLN_C(0.25), 1);
-        x.g.ticks = odd[i], x.g.since = (uint32_t)odd[i], x.g.sum = (roln_real)NAN;
+        x.g.ticks = odd[i], x.g.since = x.g.alarms = (uint32_t)odd[i], x.g.sum = (roln_real)NAN;
         x.g.raised = i % 2 ? (roln_real)INFINITY : ROLN_C(-1e9);
         for (t = 0; t < 9; t++)
             (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
@@ -156,34 +159,83 @@ static void test_follow_edges(void)
         x.l.tau = 1;
         CHECK(!rolni_limits_valid(&x.l, 1));
     }
+    follow(&x, 4, ROLN_C(0.5), 0); /* a rate of nothing that is checked */
+    CHECK(!rolni_limits_valid(&x.l, 1));
+    follow(&x, 2000000000, ROLN_C(0.01), 1); /* a window counts as one that its sum can hold */
+    for (t = 0; t < 2 * (int)(1 / (64 * ROLN_EPS)) && sizeof(roln_real) == 4; t++) {
+        rolni_balance b = {ROLN_C(1.5), 0};
+        (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
+    }
+    CHECK(sizeof(roln_real) > 4 || (x.g.alarms == 2 && x.g.residual == ROLN_C(1.5)));
 }
 
-/* A guard with false_alarms: a window beyond the limit is a bad tick, the good ticks behind it do not forget it for 1 / (16 a)
-   windows, and hold + 1 in a row stop the motors. */
+/* Of independent alarms at most one in 16^k is followed by k more in a row, for rates up to 1 / 16. */
+static void test_alarms_in_a_row(void)
+{
+    static const roln_real rate[3] = {ROLN_C(0.001), ROLN_C(0.02), ROLN_C(0.0625)};
+    int i;
+    for (i = 0; i < 3; i++) {
+        const int windows = (int)(4000 / rate[i]);
+        uint64_t s = 79;
+        long first = 0, second = 0, third = 0;
+        followed x;
+        int t;
+        follow(&x, 1, rate[i], 1);
+        for (t = 0; t < windows; t++) {
+            const rolni_balance b = {roln_uniform(&s) < rate[i] ? ROLN_C(1e3) : 0, 0};
+            if (!rolni_unbalanced(&x.l, &b, 0, &x.g)) continue;
+            first++, second += x.g.alarms == 2, third += x.g.alarms == 3;
+        }
+        CHECK(first > 3000 && second > 0 && (ld)second < 1.2L * (ld)first / 16 && (ld)third < 2 * (ld)first / 256);
+    }
+}
+
+/* A guard with false_alarms: a window beyond the limit is a bad tick, and hold + 1 of them in a row stop the motors. */
 static void test_alarm_expires(int k)
 {
     enum { WINDOW = 3, HOLD = 2 };
     static rig x;
     const int n = n_OF(k);
-    int t, bad = 0;
+    int t;
     good(k, &x);
     memset(&x.g, 0, sizeof x.g);
     x.limits.residual = ROLN_C(1e-4), x.limits.false_alarms = ROLN_C(0.01), x.limits.residual_window = WINDOW, x.limits.hold = HOLD;
     for (t = 0; t < 1 + WINDOW * (HOLD + 1); t++) {
+        const int alarm = t > 0 && t % WINDOW == 0;
         uint32_t f;
         fill(n, (roln_real)t / 32, x.zd); /* energy from nowhere */
         f = tick(k, &x);
-        CHECK((f & ~ROLN_FAULT_EXPIRED) == (t > 0 && t % WINDOW == 0 ? ROLN_FAULT_ENERGY : 0));
-        bad += f != 0;
-        CHECK(x.g.bad == (bad > HOLD ? -1 : bad));
+        CHECK((f & ~ROLN_FAULT_EXPIRED) == (alarm ? ROLN_FAULT_ENERGY : 0));
+        CHECK(x.g.bad == (t == WINDOW * (HOLD + 1) ? -1 : alarm) && x.g.alarms == (uint32_t)(t / WINDOW));
     }
     CHECK(x.g.bad == -1 && (x.g.faults & ROLN_FAULT_EXPIRED));
-    good(k, &x); /* quiet for 1 / (16 a) = 6.25 windows: forgotten */
-    x.limits.false_alarms = ROLN_C(0.01), x.limits.residual_window = WINDOW, x.limits.residual = ROLN_C(1e6), x.g.bad = 1;
-    for (t = 1; t <= 7 * WINDOW; t++)
-        CHECK(tick(k, &x) == 0 && x.g.since == (uint32_t)(t / WINDOW) && x.g.bad == (t < 7 * WINDOW));
-    x.g.bad = 1, x.g.since = 0, x.limits.false_alarms = 0; /* and at once without false_alarms */
-    CHECK(tick(k, &x) == 0 && x.g.bad == 0);
+}
+
+/* Bad ticks of another kind are in a row only if they follow each other, whatever alarms there were or were not; and ticks whose
+   residual is not known are left out of a window, which ends all the same. */
+static void test_alarm_among_bad_ticks(int k)
+{
+    enum { WINDOW = 10, HOLD = 2, TICKS_OF = 400, EVERY = 4 };
+    static rig x;
+    const int n = n_OF(k);
+    int t, pass;
+    for (pass = 0; pass < 3; pass++) { /* quiet; quiet, behind an alarm; energy from nowhere */
+        int ended = 0;
+        good(k, &x);
+        memset(&x.g, 0, sizeof x.g);
+        x.limits.residual = pass == 2 ? ROLN_C(1e-4) : ROLN_C(1e6);
+        x.limits.false_alarms = ROLN_C(0.001), x.limits.residual_window = WINDOW, x.limits.hold = HOLD;
+        if (pass == 1) x.g.alarms = 1;
+        for (t = 0; t < TICKS_OF && !ended; t++) {
+            const roln_real q = x.q[0];
+            if (pass == 2) fill(n, (roln_real)t / 32, x.zd);
+            if (t % EVERY == 0) x.q[0] = (roln_real)NAN;
+            ended = (tick(k, &x) & ROLN_FAULT_EXPIRED) != 0;
+            x.q[0] = q;
+        }
+        CHECK(ended == (pass == 2)); /* of four ticks two have a residual: three windows take 60 ticks */
+        CHECK(pass == 2 ? t > 2 * WINDOW * (HOLD + 1) - EVERY && t < 2 * WINDOW * (HOLD + 1) + 2 * EVERY : t == TICKS_OF);
+    }
 }
 
 /* ---- limits from recordings ------------------------------------------------------------------- */
@@ -569,6 +621,7 @@ void TEST_NAME(limits)(void)
     int k;
     test_follow();
     test_follow_edges();
+    test_alarms_in_a_row();
     for (k = 0; k < MODELS; k++) {
 #ifdef ROLN_DOUBLE
         test_guard_energy(k);
@@ -576,6 +629,7 @@ void TEST_NAME(limits)(void)
 #endif
         test_guard_window(k);
         test_alarm_expires(k);
+        test_alarm_among_bad_ticks(k);
         test_fit_limits(k);
     }
     print_bounds();
