@@ -405,7 +405,7 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 #define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin, or
                                      their novelty is beyond limits.novelty. */
 #define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual. */
-#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks, or alarms, in a row. Torques are safe until the guard is zeroed. */
+#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold bad ticks or alarms in a row: safe torques until the guard is zeroed. */
 #define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than q_tolerance or qd_tolerance from what the model can represent. */
 #define ROLN_CLIPPED 256u         /* A torque was clipped to a limit of torque or rate. This is no fault. */
 
@@ -450,10 +450,14 @@ ROLN_FN roln_real rolni_novelty(int m, const roln_real *L, roln_real *t)
     return roln_dot(m, t, t) / ROLNI_AS(roln_real, m);
 }
 
-/* One more state: A becomes A + (t t^T - A) / count, by plane rotations of L. t is spent. */
+/* As many states are worth the same: of one more, a mean in roln_real keeps six bits. */
+#define ROLNI_STATES (1 / (64 * ROLN_EPS))
+
+/* One more state: A becomes A + (t t^T - A) / count, by plane rotations of L. t is spent. The matrix 1 that A begins with is worth
+   a state for ever: no diagonal of L falls below the root of 1 / ROLNI_STATES. */
 ROLN_FN void rolni_novelty_add(int m, roln_real count, roln_real *L, roln_real *t)
 {
-    const roln_real part = 1 / count, old = ROLN_SQRT(1 - part), new_part = ROLN_SQRT(part);
+    const roln_real part = 1 / count, old = ROLN_SQRT(1 - part), new_part = ROLN_SQRT(part), least = ROLN_SQRT(1 / ROLNI_STATES);
     int i, k;
     for (i = 0; i < ROLN_TRI(m); i++)
         L[i] *= old;
@@ -462,7 +466,7 @@ ROLN_FN void rolni_novelty_add(int m, roln_real count, roln_real *L, roln_real *
     for (k = 0; k < m; k++) {
         roln_real *at = L + ROLN_TRI(k) + k;
         const roln_real r = ROLN_SQRT(*at * *at + t[k] * t[k]), c = *at / r, s = t[k] / r;
-        *at = r;
+        *at = ROLN_MAX(r, least);
         for (i = k + 1; i < m; i++) {
             at += i;
             {
@@ -618,9 +622,9 @@ ROLN_FN roln_real rolni_window(const roln_limits *limits)
     return ROLN_MAX(1, ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS)));
 }
 
-/* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. An alarm
-   is one in a row in the window behind the last one, and later if it is not more than 1 / (16 a) windows behind it. Of all false
-   alarms, if they are independent and a <= 1 / 16, at most one in 16^k is followed by k more in a row. */
+/* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. An
+   alarm is one in a row in the window behind the last one, and later if it is not more than 1 / (16 a) windows behind it. Of all
+   false alarms, if they are independent and a <= 1 / 16, at most one in 16^k is followed by k more in a row. */
 ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
 {
     const roln_real window = rolni_window(limits), a = limits->false_alarms;
@@ -2080,18 +2084,25 @@ ROLN_FN void rolni_growth_add(int numbers, roln_real novelty, const roln_real *e
 }
 
 /* Of a growth the part of one number under which its errors in count samples are likeliest; adds minus twice the mean log
-   likelihood to *cost. */
+   likelihood, but for a constant of that number, to *cost. A number without errors says nothing. */
 ROLN_FN int rolni_growth_part(int count, int g, rolni_growths logs, rolni_growths squares, double *cost)
 {
     double least = 0;
     int r, best = 0;
+    if (!(squares[0][0] > 0)) return 0;
     for (r = 0; r < ROLNI_FLOORS; r++) {
-        const roln_real mean = ROLNI_AS(roln_real, squares[g][r] / count), none = ROLN_C(1e-30);
-        const double here = ROLNI_AS(double, roln_log(ROLN_MAX(mean, none))) + logs[g][r] / count;
+        const roln_real scale = ROLNI_AS(roln_real, squares[g][r] / squares[0][0]);
+        const double here = ROLNI_AS(double, roln_log(scale)) + logs[g][r] / count;
         if (r == 0 || here < least) least = here, best = r;
     }
     *cost += least;
     return best;
+}
+
+/* The root of a mean square, of which the square may be too small for roln_real. */
+ROLN_FN roln_real rolni_growth_root(double square)
+{
+    return square < 1e-20 ? ROLN_SQRT(ROLNI_AS(roln_real, square * 1e36)) * ROLN_C(1e-18) : ROLN_SQRT(ROLNI_AS(roln_real, square));
 }
 
 /* The growth under which all errors in count samples are likeliest, in halves, and always, grows [numbers]. */
@@ -2109,8 +2120,8 @@ ROLN_FN int rolni_growth_solve(int count, int numbers, rolni_growths logs, rolni
     for (i = 0; i < numbers; i++) {
         const int r = rolni_growth_part(count, best, logs, squares[i], &least);
         const double part = rolni_floor_part(r), square = squares[i][best][r] / count;
-        always[i] = ROLN_SQRT(ROLNI_AS(roln_real, square * part));
-        grows[i] = ROLN_SQRT(ROLNI_AS(roln_real, square * (1 - part)));
+        always[i] = rolni_growth_root(square * part);
+        grows[i] = rolni_growth_root(square * (1 - part));
     }
     return best + 2;
 }
@@ -3135,7 +3146,7 @@ typedef struct {
 /* Evidence of recordings for NAME_doubt: how their states are spread, and how far the model was off there. Zero-initialised: no
    state was seen. NAME_doubt does not write it, so it may be in flash. */
 typedef struct {
-    roln_real count;               /* states of NAME_evidence_add, at most 1 / (64 ROLN_EPS) */
+    roln_real count;               /* 1 and the states of NAME_evidence_add, at most 1 / (64 ROLN_EPS); 0: none yet */
     roln_real L[ROLN_TRI(ROLN_(terms))]; /* their mean of t t^T is L L^T (rolni_novelty): rows of the lower triangle */
     /* deviations are (always^2 + grows^2 novelty^(halves / 2))^(1/2): of zdd, 1/s^2, and of the force on z, J */
     int halves;
@@ -3954,7 +3965,8 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
-    if ((bad & ROLN_FAULT_ENERGY) && limits->false_alarms > 0 && g->alarms > ROLNI_AS(uint32_t, limits->hold)) faults |= ROLN_FAULT_EXPIRED;
+    if ((bad & ROLN_FAULT_ENERGY) && limits->false_alarms > 0 && g->alarms > ROLNI_AS(uint32_t, limits->hold))
+        faults |= ROLN_FAULT_EXPIRED;
     g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : 0;
 #if ROLN_DELAY > 0
     for (i = 0; i < ROLN_(delay); i++) /* the torque of the last tick is on its way, whatever comes of this one */
@@ -4015,13 +4027,13 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
    zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
    this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder
    that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
-   zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
-   A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
+   zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know. A
+   velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
    limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
-   ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual is not known: one beyond the limit is an alarm
-   and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured
-   all the same, not ahead: what the guard compares with them are the torques that act, g->sent[0]. Each call
-   adds a torque to those on their way, so call it once a tick. */
+   ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual is not known: one beyond the limit is
+   an alarm and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a row (rolni_alarm) expire the guard,
+   too. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares with them are the torques that act,
+   g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
@@ -5467,8 +5479,8 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
 typedef struct { roln_real t[ROLN_(terms)]; } ROLN_(doubt_work);
 
 /* How far the model can be off at a state: its novelty, and the standard deviations of the acceleration zdd and of the force on z
-   that the model says there. ROLN_E_RANGE: e has seen no state; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4:
-   5,900 multiply-adds and 108 divisions. */
+   that the model says there. ROLN_E_RANGE: e has seen no state, or e->halves are none of NAME_fit_doubt; ROLN_E_NOT_FINITE. d is
+   untouched unless ROLN_OK. Cost with n = 4: 5,900 multiply-adds and 124 divisions. */
 ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s, ROLN_(doubts) *d,
                                  ROLN_(doubt_work) *w)
 {
@@ -5476,16 +5488,21 @@ ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *
     roln_real novelty, grown = 1, root;
     int i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (!(e->count > 0)) return ROLN_E_RANGE;
+    if (!(e->count > 0) || e->halves < 0 || e->halves > ROLNI_GROWTHS + 1) return ROLN_E_RANGE;
     novelty = ROLNI_(novelty)(p, e->L, s->z, s->zd, w->t);
     root = ROLN_SQRT(novelty);
     for (i = 0; i < e->halves; i++)
         grown *= root;
-    if (!roln_finite(novelty) || !roln_finite(grown)) return ROLN_E_NOT_FINITE;
-    for (i = 0; i < 2 * n; i++) {
-        const roln_real variance = e->always[i] * e->always[i] + e->grows[i] * e->grows[i] * grown;
-        *(i < n ? d->zdd + i : d->force + i - n) = ROLN_SQRT(variance);
+    root = ROLN_SQRT(grown);
+    for (i = 0; i < 2 * n; i++) { /* no square that is too small or too large for its type */
+        const roln_real a = ROLN_ABS(e->always[i]), b = ROLN_ABS(e->grows[i]) * root, most = ROLN_MAX(a, b);
+        const roln_real ratio = most > 0 ? ROLN_MIN(a, b) / most : 0;
+        w->t[i] = most * ROLN_SQRT(1 + ratio * ratio);
+        if (!roln_finite(a) || !roln_finite(b)) return ROLN_E_NOT_FINITE;
     }
+    if (!roln_finite(novelty) || !roln_all_finite(2 * n, w->t)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, w->t, d->zdd);
+    rolni_copy(n, w->t + n, d->force);
     d->novelty = novelty;
     return ROLN_OK;
 }
@@ -5531,6 +5548,8 @@ ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evid
     for (i = 0; i < n2 * n; i++)
         C[i] *= keeps;
     if (!roln_all_finite(n2 * n2, P) || !roln_all_finite(n2 * n, C)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < n2; i++)
+        if (P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
     *o = w->o, *s = w->s;
     return ROLN_OK;
 }
@@ -5540,7 +5559,9 @@ ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evid
    r = exp(-dt / lasts) and C = E[(z, zd) x^T] it is, linearised,
        P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = r (A C + G).
    Deviations of z, zd are the roots of the diagonal of P. s and o are untouched unless ROLN_OK. Status of NAME_doubt, NAME_linear;
-   ROLN_E_RANGE also if dt < 0, or e knows no time (NAME_fit_doubt). Cost: NAME_linear, NAME_doubt and 20 n^3 multiply-adds. */
+   ROLN_E_RANGE also if dt < 0, or e knows no time (NAME_fit_outlook; behind NAME_fit_doubt alone it is one step of that);
+   ROLN_E_NOT_SPD: a variance has become negative by rounding, in a roll-out that has gone astray. Cost: NAME_linear, NAME_doubt and
+   20 n^3 multiply-adds. */
 ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, ROLN_(latent) *s,
                                        const roln_real tau[ROLN_(force_size)], roln_real dt, ROLN_(outlook) *o,
                                        ROLN_(doubt_ahead_work) *w)
@@ -6499,23 +6520,24 @@ ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
    residual_window, strict, safe, evidence and false_alarms are yours and stay. margin, residual, q_tolerance, qd_tolerance and,
    with evidence, novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not
-   checked, where nothing was needed. With false_alarms = a the residual is no such multiple: of W windows of residual_window ticks
-   the a (W + 1) with the largest are at it or beyond (split conformal prediction), if that is at least one. With b->tau,
-   tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
-   to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
-   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
-   residual_window negative, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there
-   would be no limit of rate, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing
-   is written. */
+   checked, where nothing was needed, and so is false_alarms where the residual is. With ROLN_DRIVEN the residual is 0. With
+   false_alarms = a the residual is no such multiple: of W windows of residual_window ticks the a (W + 1) with the largest are at it
+   or beyond (split conformal prediction), if that is at least one. With b->tau, tau_each and rate_each [force_size] become slack
+   times the largest torque of each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all.
+   Without b->tau, or where l->motors has a B, they stay. ROLN_E_LENGTH: less than two samples, with false_alarms no recording of a
+   whole window, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, residual_window negative, false_alarms
+   not below 1, or not 0 with ROLN_DRIVEN, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of
+   which there would be no limit of rate, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode.
+   Then nothing is written. */
 ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
                                       roln_real tau_each[ROLN_AT_LEAST(ROLN_(force_size))],
                                       roln_real rate_each[ROLN_AT_LEAST(ROLN_(force_size))], ROLN_(fit_limits_work) *w)
 {
     const size_t size = ROLN_(force_size);
     const int force_size = ROLN_(force_size), torques = b->tau && (!l->motors || !l->motors->B);
-    const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0,    0,    0,    l->residual_window, 0,
-                        0,     NULL, NULL, NULL, NULL, NULL, 0,    l->false_alarms},
+    const roln_real none = ROLN_C(1e30), residual = ROLN_(driven) > 0 ? 0 : none;
+    roln_limits open = {l->dt, none, residual, none, 0,    0,    0,    l->residual_window, 0,
+                        0,     NULL, NULL,     NULL, NULL, NULL, 0,    l->false_alarms},
                 most = *l;
     roln_real *const top = w->top, *const rise = w->rise;
     uint32_t windows = 0, rank;
@@ -6538,12 +6560,14 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
             most.residual = ROLN_MAX(most.residual, ROLN_ABS(w->guard.g.residual));
             windows += h > 0 && w->guard.g.ticks == 0;
         }
+    if (l->false_alarms > 0 && windows == 0) return ROLN_E_LENGTH;
     rank = ROLNI_AS(uint32_t, l->false_alarms * ROLNI_AS(roln_real, windows + 1));
     if (rank > 0) {
         const roln_status st = ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
         if (st != ROLN_OK) return st;
     } else
         most.residual *= slack;
+    if (!(most.residual > 0)) most.false_alarms = 0;
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
     most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
@@ -6895,10 +6919,11 @@ typedef struct {
     ROLN_(encode_work) encode;
 } ROLN_(evidence_add_work);
 
-/* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. The first ones are as much as one
-   state that is large in each term, so a novelty means something from the start. From 1 / (64 ROLN_EPS) states on (131072 as
-   float) the oldest fade. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range);
-   ROLN_E_NOT_FINITE, status of NAME_encode: states before the bad one were added. Cost a state with n = 4: NAME_encode and 20,000
+/* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. e begins with a state that is large in
+   each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float) the
+   oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range), or a
+   state lies beyond it by more than half its width, as after a slip of an encoder: as float such a state would outweigh all others;
+   ROLN_E_NOT_FINITE, status of NAME_encode. States before a bad one were added. Cost a state with n = 4: NAME_encode and 20,000
    multiply-adds. */
 ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch *b, ROLN_(evidence) *e,
                                         ROLN_(evidence_add_work) *w)
@@ -6911,20 +6936,20 @@ ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch
     if (b->count < 1 || b->steps < 0 || !b->qd) return ROLN_E_LENGTH;
     for (i = 0; i < n; i++)
         if (!(p->z_max[i] > p->z_min[i]) || !(p->zd_max[i] > 0)) return ROLN_E_RANGE;
-    if (!(e->count > 0)) {
-        rolni_zero(ROLN_TRI(terms), e->L);
-        for (i = 0; i < terms; i++)
-            e->L[ROLN_TRI(i) + i] = 1;
-        e->count = 1;
-    }
     for (k = 0; k < b->count; k++)
         for (h = 0; h <= b->steps; h++) {
             const size_t at = rolni_sample(b, k, h) * N;
             const roln_status st = ROLNI_(encode)(p, b->q + at, b->qd + at, NULL, s, w->encode.tape);
             if (st != ROLN_OK) return st;
+            if (!ROLNI_(in_range)(p, ROLN_C(0.5), s, s + n)) return ROLN_E_RANGE;
             ROLNI_(terms_of)(p, s, s + n, w->t);
-            if (!roln_all_finite(terms, w->t)) return ROLN_E_NOT_FINITE;
-            if (e->count < 1 / (64 * ROLN_EPS)) e->count += 1;
+            if (!(e->count > 0)) {
+                rolni_zero(ROLN_TRI(terms), e->L);
+                for (i = 0; i < terms; i++)
+                    e->L[ROLN_TRI(i) + i] = 1;
+                e->count = 1;
+            }
+            if (e->count < ROLNI_STATES) e->count += 1;
             rolni_novelty_add(terms, e->count, e->L, w->t);
         }
     return ROLN_OK;
@@ -6969,15 +6994,20 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
     for (i = 0; i < n; i++)
         w->error[i] = (w->end.zd[i] - w->s.zd[i]) / span;
     roln_mm(n, n, 1, w->equation.M, w->error, w->error + n);
-    if (st == ROLN_OK && !(roln_all_finite(2 * n, w->error) && *novelty > 0 && roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
+    for (i = 0; i < 2 * n; i++) { /* their mean square over a small variance is a number, too */
+        const roln_real far = w->error[i] * ROLN_C(1e5);
+        if (st == ROLN_OK && !roln_finite(far * far)) st = ROLN_E_NOT_FINITE;
+    }
+    if (st == ROLN_OK && !(*novelty > 0 && roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
     return st;
 }
 
 /* Deviations of NAME_doubt, to e, whose states were added before, from recordings that the model was not trained with: the law of
    growth under which the errors of the windows of b are likeliest. An error is the mean over a window of the acceleration that
    NAME_step misses, steps of dt seconds apart, and M times it. Long windows average the noise of qd: 25 ms are usual.
-   ROLN_E_LENGTH: no window, no step or no qd; ROLN_E_RANGE: e has seen no state; status of NAME_encode, NAME_step, NAME_dynamics;
-   ROLN_E_NOT_FINITE. e is untouched unless ROLN_OK. */
+   e->lasts becomes dt (NAME_fit_outlook). ROLN_E_LENGTH: no window, no step or no qd; ROLN_E_RANGE: e has seen no state; status of
+   NAME_encode, NAME_step, NAME_dynamics; ROLN_E_NOT_FINITE, also of errors beyond 1e14 as float. e is untouched unless
+   ROLN_OK. */
 ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
                                      ROLN_(fit_doubt_work) *w)
 {
@@ -7043,8 +7073,8 @@ ROLN_FN roln_status ROLNI_(outlook_cost)(const ROLN_(params) *p, const roln_batc
 
 /* e->lasts, the time over which errors of the acceleration are correlated, from recordings that the model was not trained with: of
    ten times, the length of the windows of b over 1, 2, 4 .. 512, the one under which their ends are likeliest. The deviations are
-   those of NAME_fit_doubt, from which time e->lasts is one step of it. ROLN_E_LENGTH, ROLN_E_RANGE as there; status of
-   NAME_doubt_ahead. e is untouched unless ROLN_OK. Cost: ten NAME_linear a step. */
+   those of NAME_fit_doubt, which comes before. ROLN_E_LENGTH, ROLN_E_RANGE as there; status of NAME_encode, NAME_doubt_ahead;
+   ROLN_E_NOT_FINITE also of deviations that are 0. e is untouched unless ROLN_OK. Cost: ten NAME_linear a step. */
 ROLN_FN roln_status ROLN_(fit_outlook)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
                                        ROLN_(fit_outlook_work) *w)
 {

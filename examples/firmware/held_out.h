@@ -13,15 +13,17 @@
 enum { HELD_MOST = 64, HELD_FAR = 16 }; /* HELD_FAR, in medians: a larger error is of bad data, or of a machine that has changed */
 #define HELD_FAILED 1e9f
 
-/* The median of e [count]; the smaller one, if two are in the middle. At most count^2 / 2 comparisons. */
+/* The median of e [count]; the smaller one, if two are in the middle; NaN counts as HELD_FAILED. At most count^2 / 2 comparisons.
+   */
 static float held_median(int count, const float *e)
 {
     float sorted[HELD_MOST];
     for (int i = 0; i < count; i++) {
+        const float x = e[i] < HELD_FAILED ? e[i] : HELD_FAILED;
         int k = i;
-        for (; k > 0 && sorted[k - 1] > e[i]; k--)
+        for (; k > 0 && sorted[k - 1] > x; k--)
             sorted[k] = sorted[k - 1];
-        sorted[k] = e[i];
+        sorted[k] = x;
     }
     return sorted[(count - 1) / 2];
 }
@@ -33,18 +35,21 @@ static int held_near(float error, int count, const float *now)
 }
 
 /* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not
-   grow, and the windows that become better must outnumber those that become worse by at least count / 8. */
+   grow, and the windows that become better must outnumber those that become worse by at least count / 8, and one. Nothing is better
+   than a median of 0. */
 static int held_no_worse(int count, const float *now, const float *next)
 {
-    const float cap = HELD_FAR * held_median(count, now);
+    const float middle = held_median(count, now);
     float change = 0;
     int better = 0;
-    for (int i = 0; i < count; i++) {
-        const float a = now[i] < cap ? now[i] : cap, b = next[i] < cap ? next[i] : cap;
+    if (!(middle > 0)) return 0;
+    for (int i = 0; i < count; i++) { /* in medians: no square is too small or too large */
+        const float x = now[i] / middle, y = next[i] / middle;
+        const float a = x < HELD_FAR ? x : HELD_FAR, b = y < HELD_FAR ? y : HELD_FAR;
         change += b * b - a * a;
         better += (b < a) - (b > a);
     }
-    return change <= 0 && better >= count / 8;
+    return change <= 0 && better >= (count < 8 ? 1 : count / 8);
 }
 
 #endif

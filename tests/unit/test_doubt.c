@@ -176,10 +176,162 @@ static void test_far(void)
     CHECK(!(rolni_novelty(2, L, t) <= ROLN_C(1e30)));
 }
 
+/* A state far outside of the range, such as a slip of an encoder leaves, is refused, also as the first one. Nothing is changed. One at its margin may be added, and novelty of the others stays. */
+static void test_slip(void)
+{
+    enum { COUNT = 4000 };
+    static const roln_real slip[5] = {20, -10000, ROLN_C(1e21), -ROLN_C(1e30), ROLN_C(2.5)};
+    static roln_real q[2 * COUNT], qd[2 * COUNT];
+    static plain_params p;
+    static plain_evidence e, kept;
+    static plain_train w;
+    static plain_work tick;
+    roln_batch b = {1, COUNT - 1, 1, NULL, q, qd, NULL, NULL};
+    plain_state x = {{ROLN_C(0.1), 0}, {0, 0}};
+    plain_latent s;
+    plain_doubts d;
+    roln_real before;
+    int i, first;
+    plain_model_of(&p);
+    p.scale.q = 1;
+    for (i = 0; i < COUNT; i++) {
+        const double a = 0.02 * i;
+        q[2 * i] = (roln_real)sin(a), q[2 * i + 1] = (roln_real)sin(1.414 * a);
+        qd[2 * i] = (roln_real)cos(a), qd[2 * i + 1] = (roln_real)(1.414 * cos(1.414 * a));
+    }
+    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, &tick.fit_range));
+    memset(&e, 0, sizeof e);
+    for (first = 1; first >= 0; first--) {
+        if (!first) CHECK_OK(plain_evidence_add(&p, &b, &e, &w.evidence_add));
+        for (i = 0; i < 5; i++) {
+            roln_real far[2] = {slip[i], 0}, still[2] = {0, 0};
+            const roln_batch one = {1, 0, 1, NULL, far, still, NULL, NULL}, fast = {1, 0, 1, NULL, still, far, NULL, NULL};
+            kept = e;
+            CHECK(plain_evidence_add(&p, &one, &e, &w.evidence_add) == ROLN_E_RANGE && memcmp(&e, &kept, sizeof e) == 0);
+            CHECK(plain_evidence_add(&p, &fast, &e, &w.evidence_add) == ROLN_E_RANGE && memcmp(&e, &kept, sizeof e) == 0);
+            CHECK_OK(plain_encode(&p, &x, &s, &tick.encode));
+            CHECK(plain_doubt(&p, &e, &s, &d, &tick.doubt) == (first ? ROLN_E_RANGE : ROLN_OK));
+        }
+    }
+    before = d.novelty;
+    for (i = 0; i < 20; i++) { /* novelty of others falls, or grows by one state in all of them at most */
+        roln_real edge[2] = {ROLN_C(1.9), ROLN_C(-1.9)}, fast[2] = {ROLN_C(1.4), ROLN_C(1.4)};
+        const roln_batch one = {1, 0, 1, NULL, edge, fast, NULL, NULL};
+        CHECK_OK(plain_evidence_add(&p, &one, &e, &w.evidence_add));
+    }
+    CHECK_OK(plain_doubt(&p, &e, &s, &d, &tick.doubt));
+    CHECK_BELOW(d.novelty, before * (1 + ROLN_C(0.01)));
+    CHECK_BELOW(before * ROLN_C(0.9), d.novelty);
+}
+
+/* A machine at rest for a long time: the state that evidence begins with is not forgotten, and no state near rest is new. */
+static void test_rest(void)
+{
+    static bead_params p;
+    static bead_evidence e;
+    static bead_train w;
+    static bead_work tick;
+    roln_real q = ROLN_C(0.25), qd = 0;
+    const roln_batch b = {1, 0, 1, NULL, &q, &qd, NULL, NULL};
+    bead_state x = {{ROLN_C(0.25)}, {0}};
+    bead_latent s;
+    bead_doubts d;
+    int i, k;
+    bead_model_of(&p);
+    memset(&e, 0, sizeof e);
+    CHECK_OK(bead_encode(&p, &x, &s, &tick.encode));
+    s.zd[0] = ROLN_C(0.01); /* of a range of 3 */
+    for (k = 0; k < 12; k++) {
+        for (i = 0; i < 131072; i++)
+            CHECK_OK(bead_evidence_add(&p, &b, &e, &w.evidence_add));
+        if (sizeof(roln_real) > 4) e.count = ROLNI_STATES; /* as if they had been so many */
+        CHECK_OK(bead_doubt(&p, &e, &s, &d, &tick.doubt));
+        CHECK_BELOW(d.novelty, 2);
+    }
+}
+
+/* Laws of deviations that recordings ask for do not depend on the units of acceleration and force; a number that is always 0 says
+   nothing. */
+static void test_units_of_laws(void)
+{
+    static const double unit[8] = {1, 1e-24, 1e-18, 1e-12, 1e-6, 1e6, 1e12, 0};
+    enum { COUNT = 2000 };
+    int u, k, halves = 0;
+    for (u = 0; u < 8; u++) {
+        rolni_growths logs, squares[2];
+        roln_real always[2], grows[2];
+        uint64_t seed = 19;
+        int found;
+        memset(logs, 0, sizeof logs), memset(squares, 0, sizeof squares);
+        for (k = 0; k < COUNT; k++) {
+            const roln_real novelty = ROLN_C(0.1) + 8 * roln_uniform(&seed);
+            const double deviation = sqrt(0.09 + 0.64 * pow((double)novelty, 2.5));
+            roln_real error[2];
+            error[0] = (roln_real)deviation * roln_normal(&seed);
+            error[1] = (roln_real)(unit[u] * deviation) * roln_normal(&seed);
+            rolni_growth_add(2, novelty, error, logs, squares);
+        }
+        found = rolni_growth_solve(COUNT, 2, logs, squares, always, grows);
+        if (u == 0) halves = found;
+        CHECK(found == halves && halves == 5);
+        CHECK_NEAR(grows[0], 0.8, 0.1);
+        CHECK_NEAR(grows[1], unit[u] * 0.8, unit[u] * 0.1);
+    }
+}
+
+/* Evidence of any bits: deviations are numbers or there is a status, and the last ones stay. */
+static void test_damaged(void)
+{
+    static bead_params p;
+    static bead_evidence e, good;
+    static bead_train w;
+    static bead_work tick;
+    static bead_doubt_ahead_work ahead;
+    roln_real q[2] = {ROLN_C(0.25), ROLN_C(-0.25)}, qd[2] = {0, ROLN_C(0.5)};
+    const roln_real most = sizeof(roln_real) == 4 ? ROLN_C(1e25) : ROLN_C(1e30);
+    const roln_batch b = {1, 1, 1, NULL, q, qd, NULL, NULL};
+    const roln_real huge = (roln_real)(sizeof(roln_real) == 4 ? 3e38 : 1.7e308);
+    bead_latent s = {{ROLN_C(0.5)}, {0}}, other;
+    bead_doubts d, kept;
+    bead_outlook o, last;
+    int i;
+    bead_model_of(&p);
+    memset(&good, 0, sizeof good);
+    CHECK_OK(bead_evidence_add(&p, &b, &good, &w.evidence_add));
+    good.always[0] = good.always[1] = 1, good.halves = 4, good.lasts = 1;
+    CHECK_OK(bead_doubt(&p, &good, &s, &kept, &tick.doubt));
+    for (i = 0; i < 4; i++) {
+        e = good, e.always[0] = i < 2 ? most : 1 / most, e.grows[0] = i % 2 ? e.always[0] : 0;
+        CHECK_OK(bead_doubt(&p, &e, &s, &d, &tick.doubt));
+        CHECK_NEAR(d.zdd[0] / e.always[0], sqrt(i % 2 ? 1 + pow((double)d.novelty, 2) : 1), 1e-3L);
+    }
+    for (i = 0; i < 6; i++) {
+        e = good, d = kept;
+        if (i == 0) e.halves = -1;
+        if (i == 1) e.halves = ROLNI_GROWTHS + 2;
+        if (i == 2) e.halves = 0x7fffffff;
+        if (i == 3) e.always[1] = (roln_real)NAN;
+        if (i == 4) e.grows[0] = (roln_real)INFINITY;
+        if (i == 5) e.grows[1] = huge;
+        if (i == 5) s.z[0] = 3; /* new */
+        CHECK(bead_doubt(&p, &e, &s, &d, &tick.doubt) == (i < 3 ? ROLN_E_RANGE : ROLN_E_NOT_FINITE));
+        CHECK(memcmp(&d, &kept, sizeof d) == 0);
+    }
+    s.z[0] = ROLN_C(0.5), other = s;
+    memset(&o, 0, sizeof o);
+    o.P[0] = -1e6, last = o; /* a variance that is none */
+    CHECK(bead_doubt_ahead(&p, &good, &s, NULL, ROLN_C(0.01), &o, &ahead) == ROLN_E_NOT_SPD);
+    CHECK(memcmp(&o, &last, sizeof o) == 0 && memcmp(&s, &other, sizeof s) == 0);
+}
+
 void TEST_NAME(doubt)(void)
 {
     test_ring();
     test_far();
+    test_slip();
+    test_rest();
+    test_units_of_laws();
+    test_damaged();
     plain_test_doubt();
     cart_test_doubt();
     sheet_test_doubt();

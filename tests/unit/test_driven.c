@@ -427,6 +427,29 @@ static void test_guard_driven(void)
     CHECK(pendulum_tick(&p, &l, &x, &r, &s, &g, &work) == ROLN_FAULT_INPUT);
 }
 
+/* Limits from recordings: all but the residual, and no rate of false alarms. */
+static void test_limits_driven(void)
+{
+    enum { COUNT = 40 };
+    static pendulum_params p;
+    static pendulum_start start;
+    static pendulum_train w;
+    roln_real q[2 * COUNT], qd[2 * COUNT], tau[2 * COUNT], most[2], rate[2];
+    const roln_batch b = {.count = 1, .steps = COUNT - 1, .stride = 1, .q = q, .qd = qd, .tau = tau};
+    roln_limits l = {.dt = ROLN_C(0.01), .hold = 3}, before;
+    uint64_t seed = 6;
+    int i;
+    CHECK_OK(pendulum_init(&p, &seed, &start.init));
+    p.z_min[1] = -ROLN_C(0.25), p.z_max[1] = ROLN_C(0.25), p.zd_max[0] = p.zd_max[1] = 1;
+    for (i = 0; i < 2 * COUNT; i++)
+        q[i] = (roln_real)(0.5 * sin(0.2 * i)), qd[i] = (roln_real)(0.5 * cos(0.2 * i)), tau[i] = (roln_real)sin(0.3 * i);
+    CHECK_OK(pendulum_fit_limits(&p, &b, 2, &l, most, rate, &w.fit_limits));
+    CHECK(l.residual <= 0 && l.margin > ROLN_C(0.5) && most[0] > 1 && rolni_limits_valid(&l, 2));
+    l.false_alarms = ROLN_C(0.01), before = l;
+    CHECK(pendulum_fit_limits(&p, &b, 2, &l, most, rate, &w.fit_limits) == ROLN_E_RANGE);
+    CHECK(memcmp(&l, &before, sizeof l) == 0);
+}
+
 #ifdef ROLN_DOUBLE
 /* A pendulum of length 1 under g = 4 whose base moves as it is told: theta'' = -4 sin theta - a cos theta. Learned from its
    accelerations, it falls as it should from states and under accelerations that it has not seen. */
@@ -501,6 +524,7 @@ void TEST_NAME(driven)(void)
     }
     test_kept();
     test_guard_driven();
+    test_limits_driven();
     test_held_ends();
     test_still();
 #ifdef ROLN_DOUBLE

@@ -368,6 +368,13 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     REFUSED(&b, 1, ROLN_E_RANGE);
     l.dt = from->dt, l.residual_window = -1;
     REFUSED(&b, 1, ROLN_E_RANGE);
+    l = *from, l.false_alarms = 1;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    fill(n, 99, start->zd_max), l.false_alarms = ROLN_C(0.01), l.residual_window = TICKS; /* no recording is as long */
+    REFUSED(&b, 1, ROLN_E_LENGTH);
+    l.residual_window = TICKS - 1;
+    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    fill(MAXN, 7, each), fill(MAXN, 7, rates);
     l = *from, l.tau = 0, b.tau = NULL; /* torques that nobody has told of */
     fill(n, 99, start->zd_max);
     REFUSED(&b, 1, ROLN_E_RANGE);
@@ -388,6 +395,9 @@ static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, cons
     fill(n_OF(k), 0, start->zd_max), b.qd = rest;
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
     fill(n_OF(k), 99, start->zd_max);
+    l = *from, l.false_alarms = ROLN_C(0.01), l.tau = 1, b.q = rest, b.tau = NULL; /* nothing moves: no residual, no rate */
+    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    CHECK(l.residual <= 0 && l.false_alarms <= 0 && rolni_limits_valid(&l, 0));
 }
 
 /* With false_alarms the residual is that of the window whose rank is a (W + 1) from above, by sorting them. */

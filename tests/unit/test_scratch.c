@@ -93,7 +93,7 @@ static void use_tick(int k, const instance *m, const roln_real *x)
                           .motors = m->of->md->inputs > 0 ? &damped : NULL, .evidence = all_known(), .novelty = ROLN_C(1e30)};
     const target_at target = {.z = x, .zd = x + n, .zdd = x + 2 * n, .kp = x + 3 * n, .kd = x + 4 * n};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
-    roln_guard guard = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    roln_guard guard = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     const guard_at held = {&guard, tau};
     const roln_motors motors = {ROLN_MIN(3, N), x, 1};
     int i;
