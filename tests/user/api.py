@@ -3,7 +3,7 @@
 """api.py - what a config makes of roln.h, as Markdown: every public type and function of its model with plain types and sizes, and
 a line of the comment that stands above it, by the sections of roln.h, which has the whole comment.
 
-    api.py arm.h          or    make api CONFIG=arm.h         wants Python and the compiler $CC, cc if there is none
+    api.py examples/arm.h     or    make api CONFIG=examples/arm.h         wants Python and the compiler $CC, cc if there is none
 
 Names NAME_i_x are left out: they promise nothing. Of scratch, NAME_x_work, the size in bytes is printed."""
 import os
