@@ -213,8 +213,8 @@ def main():
           "`roln_real` is `float`, or `double` with `ROLN_DOUBLE`. `NAME_x_work` is the scratch of the function `NAME_x`.\n"
           "`NAME_work`, `NAME_train` and `NAME_start` are unions of such scratch: pass `&work.tick` to `NAME_tick`.\n"
           "Numbers are those of this config. It does not have functions with a comment such as `needs ROLN_DELAY 1`: write that\n"
-          "option, with values of yours, into the config. A section that is not here has no function of this model; that of charts\n"
-          "needs ROLN_CHART.\n"
+          "option, with values of yours, into the config. A section that is not here has no function of this model; that of "
+          "charts\nneeds ROLN_CHART.\n"
           .replace("NAME", name))
     section = None
     for line, option, text, what in sorted(found):
