@@ -66,12 +66,12 @@ build/%_train: examples/train.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) -DMODEL=$* $< -o $@ -lpthread -lm
 
-# misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
+# misspelt options of a config, which C takes in silence: make lint CONFIG=examples/arm.h
 CONFIG =
 lint:
 	@sh examples/lint.sh $(CONFIG)
 
-# plain prototypes of a model, a line of comment each, with python3: make api CONFIG=arm.h
+# plain prototypes of a model, a line of comment each, with python3: make api CONFIG=examples/arm.h
 api:
 	@python3 tests/user/api.py $(CONFIG)
 

@@ -26,7 +26,8 @@ static const roln_noise noise = {
 
 typedef struct {
     arm_filter filter; /* filter.s: z, zd */
-    arm_state x;       /* q, qd of it */
+    uint32_t seen;     /* bits of arm_filter_tick in this tick. Not bits of a guard: 1, 2 and 16 mean other things there */
+    arm_state x;       /* q, qd of the estimate */
     arm_latent s;      /* what arm_tick encodes of these */
     arm_target target;
     arm_guard guard;   /* guard.tau, Nm: to the motors */
@@ -35,28 +36,29 @@ typedef struct {
     arm_filter_tick_work filterwork;
 } controller;
 
-/* Angles and velocities from what the encoders count, and the torques that were held since they did so before. */
-static uint32_t observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
+/* Angles and velocities from what the encoders count, and the torques that were held since they did so before. Nonzero: there is an
+   estimate to act on, in c->filter.s and c->x. The bit ROLN_FILTER_START does not count here: a filter that starts has an estimate,
+   at rest, and its first tick always has this bit. */
+static int observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
 {
-    uint32_t faults;
     for (int i = 0; i < arm_N; i++)
         c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
-    faults = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
-    if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
-    return faults & ~ROLN_FILTER_START;
+    c->seen = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
+    return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 &&
+           arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) == ROLN_OK;
 }
 
-/* One tick, 1 kHz: counts of the encoders and the reference in; c->guard.tau to the motors whatever happens. Returns the faults. */
+/* One tick, 1 kHz: counts of the encoders and the reference in; c->guard.tau to the motors whatever happens. Returns the faults of
+   the guard; those of the filter are in c->seen. */
 static uint32_t controller_tick(controller *c, const int count[arm_N], const roln_real q[arm_N], const roln_real qd[arm_N],
                                 const roln_real qdd[arm_N])
 {
-    const uint32_t faults = observe(c, count, c->guard.tau);
-    if (faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) /* there is no estimate to act on */
-        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
+    if (!observe(c, count, c->guard.tau)) /* the guard then counts a bad tick, ROLN_FAULT_STATUS */
+        return arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
     if (arm_encode_reference(&arm_weights, q, qd, qdd, &c->target, &c->work.encode_reference) != ROLN_OK ||
-        arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)
-        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work.guard_tick);
-    return faults | arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);
+        arm_gains(&arm_weights, &c->filter.s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)
+        return arm_guard_tick(&arm_weights, &limits, &c->x, &c->filter.s, NULL, &c->guard, &c->work.guard_tick);
+    return arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);
 }
 
 #endif

@@ -161,7 +161,7 @@ static const gains best[2] = {{23.9, 0.35, 8}, {49.5, 0.96, 0}};
 
 typedef struct {
     double rms[MOTORS], all, worst, chatter; /* rad; Nm, rms of the torque's second difference */
-    uint32_t faults;
+    uint32_t faults, seen; /* bits of guard and filter */
 } errors;
 
 /* The law's torques: PID, or computed torque, M (qdd_ref + feedback) + c + g + friction, of the true machine without payload. now:
@@ -196,7 +196,7 @@ static errors loop(int law, const gains *g, const reference *r, double payload)
 {
     enum { TICKS = 10000, FROM = 2000 };
     static controller c; /* RAM */
-    errors e = {{0}, 0, 0, 0, 0};
+    errors e = {{0}, 0, 0, 0, 0, 0};
     const place first = reference_at(r, 0);
     double x[N][2], sum[MOTORS] = {0}, before[2][MOTORS] = {{0}};
     machine m;
@@ -218,6 +218,7 @@ static errors loop(int law, const gains *g, const reference *r, double payload)
             for (int i = 0; i < N; i++)
                 ref[i] = (roln_real)then.q[i], refd[i] = (roln_real)then.qd[i], refdd[i] = (roln_real)then.qdd[i];
             e.faults |= controller_tick(&c, count, ref, refd, refdd);
+            if (k > 0) e.seen |= c.seen; /* the filter starts in the first tick */
             for (int i = 0; i < MOTORS; i++)
                 tau[i] = (double)c.guard.tau[i];
         } else {
@@ -271,7 +272,7 @@ int main(int argc, char **argv)
     }
     if (argc > 1) return 0;
     printf("flash: weights %u bytes    RAM: controller %u bytes\n\n", (unsigned)sizeof belt_weights, (unsigned)sizeof(controller));
-    printf("mrad, and Nm of chatter: rms         joint 1       2      all   largest   chatter  faults\n");
+    printf("mrad, and Nm of chatter: rms         joint 1       2      all   largest   chatter  faults  filter\n");
     for (int number = 1; number <= 3; number++) {
         const reference r = reference_of(1, 0.7, &seed);
         for (int loaded = 0; loaded < 2; loaded++)
@@ -280,7 +281,7 @@ int main(int argc, char **argv)
                 printf("reference %d, %s %-14s", number, loaded ? "payload" : "empty  ", name[law]);
                 for (int i = 0; i < MOTORS; i++)
                     printf("%8.2f", 1e3 * e.rms[i]);
-                printf("%9.2f%10.2f%10.3f%8u\n", 1e3 * e.all, 1e3 * e.worst, e.chatter, (unsigned)e.faults);
+                printf("%9.2f%10.2f%10.3f%8u%8u\n", 1e3 * e.all, 1e3 * e.worst, e.chatter, (unsigned)e.faults, (unsigned)e.seen);
             }
     }
     return 0;

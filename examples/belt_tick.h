@@ -19,7 +19,8 @@ static const roln_motors motors = {MOTORS, motor_at, ROLN_C(0.01)}; /* mu: a hun
 
 typedef struct {
     belt_filter filter; /* filter.s: z, zd; filter.load */
-    belt_state x;       /* q, qd of it */
+    uint32_t seen;      /* bits of belt_filter_tick in this tick. Not bits of a guard: 1, 2 and 16 mean other things there */
+    belt_state x;       /* q, qd of the estimate */
     belt_latent s;      /* what belt_tick encodes of these */
     belt_target target;
     belt_guard guard; /* guard.tau, Nm: to the motors; guard.sent: on their way */
@@ -44,22 +45,21 @@ static void controller_start(controller *c)
 }
 
 /* One tick, 1 kHz: counts of the encoders in, and the reference of the time at which the torque will act; c->guard.tau to the
-   motors whatever happens. Returns the faults. */
+   motors whatever happens. Returns the faults of the guard; those of the filter are in c->seen. A filter that starts has an
+   estimate, at rest, so the tick goes on with ROLN_FILTER_START. */
 static uint32_t controller_tick(controller *c, const int count[belt_N], const roln_real q[belt_N], const roln_real qd[belt_N],
                                 const roln_real qdd[belt_N])
 {
     roln_real y[belt_N], tau[belt_N] = {c->guard.sent[0][0], c->guard.sent[0][1], 0}; /* what acted since the last tick */
-    uint32_t faults;
     for (int i = 0; i < belt_N; i++)
         y[i] = (roln_real)count[i] * (TURN / STEPS);
-    faults = belt_filter_tick(&belt_weights, &c->noise, y, tau, &c->filter, &c->filterwork);
-    if (c->filter.f.starts == 1) faults &= ~ROLN_FILTER_START; /* the first one */
-    if (belt_decode(&belt_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
-    if ((faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) ||
+    c->seen = belt_filter_tick(&belt_weights, &c->noise, y, tau, &c->filter, &c->filterwork);
+    if ((c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) ||
+        belt_decode(&belt_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK ||
         belt_encode_reference(&belt_weights, q, qd, qdd, &c->target, &c->work.encode_reference) != ROLN_OK ||
         belt_gains(&belt_weights, &c->filter.s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)
-        return faults | belt_guard_tick(&belt_weights, &c->limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
-    return faults | belt_tick(&belt_weights, &c->limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);
+        return belt_guard_tick(&belt_weights, &c->limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
+    return belt_tick(&belt_weights, &c->limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);
 }
 
 #endif

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # lint.sh - looks for options in config headers that no header of roln reads, a misspelt ROLN_DAMPNG, say, which C takes in silence.
 #
-#   sh examples/lint.sh arm.h [more.h ..]          or    make lint CONFIG=arm.h
+#   sh examples/lint.sh examples/arm.h [more.h ..]          or    make lint CONFIG=examples/arm.h
 #
 # Every #define of a name that no header asks for, but that looks like one that they ask for, is said with its file, its line and
 # the option it resembles; so are options that come twice, options behind the last #include "roln.h", and models without a name or

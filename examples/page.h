@@ -98,9 +98,14 @@ static const char *torque_unit(int j)
 static void put_read(FILE *f)
 {
     int i;
-    put_paragraph(
-        f, "Units of the model: those of the column map (q=, qd=, tau=), in rad, m, s, Nm, N. A column without a unit is taken "
-           "as it is.");
+    if (words[Q_COLUMNS].value)
+        put_paragraph(
+            f, "Units of the model: those of the column map (q=, qd=, tau=), in rad, m, s, Nm, N. A column without a unit is "
+               "taken as it is.");
+    else
+        put_paragraph(
+            f, "Units of the model: those of the files, whose columns are taken as they are, since there is no column map (q=). "
+               "Times are in s.");
     fputs("<p>Held out: held=", f), put_text(f, words[HELD].value), fputs(". Files: ", f);
     for (i = 0; i < inputs.count; i++)
         fputs(i ? ", " : "", f), put_text(f, inputs.path[i]);

@@ -63,7 +63,8 @@ static double error_of(double payload, int counted, double *worst)
             }
             for (int i = 0; i < N; i++)
                 count[i] = (int)floor(d->qpos[i] / (double)TURN * STEPS + 0.5);
-            CHECK((controller_tick(&c, count, q, qd, qdd) & ~(uint32_t)ROLN_CLIPPED) == 0);
+            CHECK((controller_tick(&c, count, q, qd, qdd) & ~(uint32_t)ROLN_CLIPPED) == 0 &&
+                  (c.seen & ~(uint32_t)ROLN_FILTER_START) == 0 && c.filter.f.starts == 1);
             for (int i = 0; i < N; i++) {
                 if (t >= MOVE + REST - LAST) mean[i] += (d->qpos[i] - to[i]) / LAST;
                 d->ctrl[i] = (double)c.guard.tau[i];

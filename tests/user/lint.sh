@@ -71,6 +71,6 @@ for f in examples/chain.h examples/pend2.h examples/pend16.h examples/pend16_lay
 done
 # what cannot be read, and nothing at all
 if sh examples/lint.sh $dir/none.h | grep -q 'none.h: cannot be read'; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
-if sh examples/lint.sh | grep -q 'make lint CONFIG=arm.h'; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+if sh examples/lint.sh | grep -q 'make lint CONFIG=examples/arm.h'; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
