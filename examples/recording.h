@@ -77,6 +77,8 @@ typedef struct {
     double unit;              /* of t, in s */
     int guessed;              /* nonzero: it follows from the size of t alone */
     double reach;             /* s on each side that the filter sees; 0: no filter */
+    double kernel;            /* s on each side of the local cubics of resampling, which lessen noise; 0: there were none */
+    int kept;                 /* nonzero: they made but the samples that were missing, and forces that are held */
     int left_out, short_left; /* rows without a number; samples between gaps that are too close */
     int gaps, filled;         /* of resampling: where recordings were split; samples that were missing */
 } motion;
@@ -2212,12 +2214,11 @@ static double use_of(const motion *d, int kind, int j)
     return kind == OF_TAU ? sum / count - mean * mean / count / count : sum / count;
 }
 
-/* The noise of a column: a floor of the spectrum, from 0.3 to 0.6 of the highest frequency, if it is flat there. half: of the
-   kernel that it was resampled with, 0: none. */
-static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
+/* The noise of a column: a floor of the spectrum, from 0.3 to 0.6 of the highest frequency, if it is flat there. */
+static noise_of find_noise(const motion *d, int kind, int j, int n)
 {
     static double power[SPECTRUM / 2 + 1], sorted[SPECTRUM / 2 + 1];
-    const double df = 1 / (n * d->dt), dt = d->dt;
+    const double df = 1 / (n * d->dt), dt = d->dt, half = d->kept && (kind != OF_TAU || d->measured) ? 0 : d->kernel;
     const int low = (int)(0.15 * n), mid = (int)(0.225 * n), high = (int)(0.3 * n), wide = n / 128 + 1;
     noise_of e = {0, 0, 0, 0};
     double floor_of[2], floor_all, variance, use = use_of(d, kind, j), even;
@@ -2265,7 +2266,7 @@ static int piece_length(const motion *d)
 }
 
 /* Writes the noise of all columns to their fields. */
-static void measure_noise(const motion *d, double half)
+static void measure_noise(const motion *d)
 {
     static const noise_of none = {0, 0, 0, 0};
     const int n = piece_length(d);
@@ -2273,13 +2274,13 @@ static void measure_noise(const motion *d, double half)
     for (c = 0; c < d->count && n > 0; c++) {
         field *f = &d->fields[c];
         const int is = f->kind == OF_Q || f->kind == OF_TAU || (f->kind == OF_QD && d->has_qd);
-        const noise_of e = is ? find_noise(d, f->kind, f->index, n, half) : none;
+        const noise_of e = is ? find_noise(d, f->kind, f->index, n) : none;
         f->noise = e.rms * (f->kind == OF_TAU ? unit_of_tau(d) : 1), f->share = e.share;
     }
 }
 
 /* The frequency for the filter, in Hz, 0: none is needed; says why. */
-static double choose_filter(const motion *d, const wanted *w, double half)
+static double choose_filter(const motion *d, const wanted *w)
 {
     const double full = KERNEL_BAND / (3 * d->dt);
     const int n = piece_length(d);
@@ -2288,9 +2289,9 @@ static double choose_filter(const motion *d, const wanted *w, double half)
     if (n == 0) return 0;
     for (kind = OF_QD; kind < KINDS; kind++)
         for (j = 0; j < (kind == OF_TAU ? d->forces * (d->has_tau && d->measured && w->torque) : d->N); j++) {
-            noise_of e = find_noise(d, kind, j, n, half);
+            noise_of e = find_noise(d, kind, j, n);
             if (kind == OF_QD && !d->has_qd) { /* noise of an encoder may be white in q */
-                const noise_of of_q = find_noise(d, OF_Q, j, n, half);
+                const noise_of of_q = find_noise(d, OF_Q, j, n);
                 if (of_q.share > 0 && (!(e.share > 0) || of_q.tilt < e.tilt)) e = of_q;
             }
             edge = fmax(edge, e.edge);
@@ -2355,21 +2356,22 @@ static void settle(motion *d, const wanted *w, const pace *p)
     const double dt = w->dt > 0 ? w->dt : ready || p->steady ? p->mean : round_step(p->mean);
     const int same = ready && fabs(dt - p->mean) <= 1e-4 * p->mean;
     motion even = {0};
-    double hz = w->filter > 0 ? w->filter : 0, half = 0;
+    double hz = w->filter > 0 ? w->filter : 0;
     if (dt < 0.5 * p->mean)
         fail("%s: dt=%g, but samples are %.3g s apart\nhint: dt= of at least half of that, or leave it out", d->path, dt, p->mean);
     if (!p->even && same) tell_rate(d, NULL, p);
     d->dt = same ? p->mean : dt;
     if (!same) {
-        half = 3 * fmax(dt, p->mean);
-        even = resampled(d, dt, 0, p->steady && fabs(dt - p->mean) <= 1e-4 * p->mean);
+        const int exact = p->steady && fabs(dt - p->mean) <= 1e-4 * p->mean;
+        even = resampled(d, dt, 0, exact);
+        even.kernel = 3 * fmax(dt, p->mean), even.kept = exact;
         tell_rate(d, &even, p);
         if (even.trajectories == 0) fail("%s: no recording is longer than 2 steps of %g s\nhint: a shorter dt=", d->path, dt);
     }
     check_motion(same ? d : &even, w);
     if (!same && d->has_qd != even.has_qd) d->has_qd = even.has_qd;
-    measure_noise(same ? d : &even, half);
-    if (w->half == 0 && w->filter >= 0 && !(hz > 0)) hz = choose_filter(same ? d : &even, w, half);
+    measure_noise(same ? d : &even);
+    if (w->half == 0 && w->filter >= 0 && !(hz > 0)) hz = choose_filter(same ? d : &even, w);
     if (hz > 0) {
         const double wide = KERNEL_BAND / hz;
         motion e;

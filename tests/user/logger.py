@@ -221,8 +221,16 @@ def noise():
     dt, parts, said = read("an encoder alone", write(text), "q=q?")
     hz = re.search(r"filter: ([\d.]+) Hz", said)
     check("an encoder alone: filtered", hz, said)
-    if hz:
-        near("an encoder alone", parts[0], 0.38875 / float(hz[1]), dt, 0.03, 1e-3, (0, 1, 2, 3))
+    if not hz:
+        return
+    near("an encoder alone", parts[0], 0.38875 / float(hz[1]), dt, 0.03, 1e-3, (0, 1, 2, 3))
+    lines = text.splitlines(True)
+    for what, kept in (("one sample lost", lines[:3001] + lines[3002:]), ("three lost", lines[:2001] + lines[2004:]),
+                       ("lost here and there", [r for i, r in enumerate(lines) if i == 0 or i % 97]),
+                       ("a gap", lines[:3001] + lines[3401:]), ("one nan", lines[:3001] + ["3.000,nan,nan\n"] + lines[3002:])):
+        _, parts, said = read(f"an encoder alone, {what}", write("".join(kept)), "q=q?")
+        now = re.search(r"filter: ([\d.]+) Hz", said)
+        check(f"an encoder alone, {what}: the same filter", now and abs(float(now[1]) / float(hz[1]) - 1) < 0.1, said)
 
 
 # ---- columns ----
