@@ -1556,7 +1556,7 @@ ROLN_FN const char *roln_fault_text(uint32_t faults)
         "ROLN_FAULT_LIMIT: A torque is beyond a limit of torque or rate, and limits.strict is 1.",
         "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin, or beyond limits.novelty.",
         "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual.",
-        "ROLN_FAULT_EXPIRED: More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed.",
+        "ROLN_FAULT_EXPIRED: More than limits.hold bad ticks or alarms in a row: safe torques until the guard is zeroed.",
         "ROLN_FAULT_MANIFOLD: q or qd is farther than q_tolerance or qd_tolerance from what the model can represent.",
         "ROLN_CLIPPED: A torque was clipped to a limit of torque or rate. This is no fault.",
         "ROLN_FILTER_MISSING: A joint was not measured.",

@@ -107,6 +107,7 @@ static const char *fit_limits(int *start)
     roln_limits *l = &found.limits;
     roln_status st;
     l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = 8, l->tau = 1;
+    l->false_alarms = (roln_real)set("false_alarms");
     if (!found.no_evidence) l->evidence = found.evidence.L;
     st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
     if (st != ROLN_OK) return roln_status_text(st);
@@ -303,7 +304,8 @@ static void put_limits(FILE *f)
     fprintf(f, "static const roln_limits " STRING(MODEL) "_limits = {\n");
     put_tick(f, l->dt);
     put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
-    put_constant(f, l->residual, "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
+    put_constant(f, l->residual, l->false_alarms > 0 ? "residual, %s: this part of the recordings is beyond it: false_alarms"
+                                                     : "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
     put_constant(f, l->tau,
                  torques_are ? "tau, %s: not used, for tau_each is"
                              : "tau: UNKNOWN, no torque was trained with; 0 lets no "
@@ -330,7 +332,8 @@ static void put_limits(FILE *f)
     fprintf(f, l->evidence ? "    " STRING(MODEL) "_known.L, /* evidence: the states that were trained with */\n"
                            : "    0, /* evidence: none, novelty is not checked */\n");
     put_constant(f, l->novelty, l->evidence ? "novelty: %d times the largest of the recordings" : "novelty: not checked", SLACK);
-    put_constant(f, 0, "false_alarms: none, residual is a fixed limit");
+    put_constant(f, l->false_alarms, l->false_alarms > 0 ? "false_alarms, part of the windows of good motion: as asked for"
+                                                         : "false_alarms: none, residual is a fixed limit");
     fprintf(f, "};\n");
 }
 

@@ -81,6 +81,7 @@ static struct {
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"next", 0, 0, 200, 1, "OUT_next.csv: so many recordings that would tell most beside these; takes a tenth of seconds="},
     {"tick", 0, 0, 1e6, 0, "s, tick of your controller, which OUT_limits.h is for; 0: the step of the recordings"},
+    {"false_alarms", 0, 0, 0.5, 0, "part of the windows that limits.residual of OUT_limits.h lets be beyond it; 0: a fixed limit"},
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
     {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
     {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},

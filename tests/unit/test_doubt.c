@@ -176,7 +176,8 @@ static void test_far(void)
     CHECK(!(rolni_novelty(2, L, t) <= ROLN_C(1e30)));
 }
 
-/* A state far outside of the range, such as a slip of an encoder leaves, is refused, also as the first one. Nothing is changed. One at its margin may be added, and novelty of the others stays. */
+/* A state far outside of the range, such as a slip of an encoder leaves, is refused, also as the first one. Nothing is changed.
+   One at its margin may be added, and novelty of the others stays. */
 static void test_slip(void)
 {
     enum { COUNT = 4000 };

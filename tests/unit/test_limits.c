@@ -368,13 +368,6 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     REFUSED(&b, 1, ROLN_E_RANGE);
     l.dt = from->dt, l.residual_window = -1;
     REFUSED(&b, 1, ROLN_E_RANGE);
-    l = *from, l.false_alarms = 1;
-    REFUSED(&b, 1, ROLN_E_RANGE);
-    fill(n, 99, start->zd_max), l.false_alarms = ROLN_C(0.01), l.residual_window = TICKS; /* no recording is as long */
-    REFUSED(&b, 1, ROLN_E_LENGTH);
-    l.residual_window = TICKS - 1;
-    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
-    fill(MAXN, 7, each), fill(MAXN, 7, rates);
     l = *from, l.tau = 0, b.tau = NULL; /* torques that nobody has told of */
     fill(n, 99, start->zd_max);
     REFUSED(&b, 1, ROLN_E_RANGE);
@@ -395,7 +388,23 @@ static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, cons
     fill(n_OF(k), 0, start->zd_max), b.qd = rest;
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
     fill(n_OF(k), 99, start->zd_max);
-    l = *from, l.false_alarms = ROLN_C(0.01), l.tau = 1, b.q = rest, b.tau = NULL; /* nothing moves: no residual, no rate */
+}
+
+/* With false_alarms a recording holds a window; nothing that moves has no residual, and no rate of it. */
+static void check_fit_alarms(int k, const rig *start, const roln_batch *good_batch, const roln_limits *from)
+{
+    static roln_real rest[RUNS * TICKS * MAXN];
+    const instance m = of_rig(k, start);
+    roln_batch b = *good_batch;
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits l = *from;
+    l.tau = 1, l.false_alarms = 1;
+    CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_RANGE);
+    l.false_alarms = ROLN_C(0.01), l.residual_window = TICKS;
+    CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_LENGTH);
+    l.residual_window = TICKS - 1;
+    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    l = *from, l.false_alarms = ROLN_C(0.01), l.tau = 1, b.q = b.qd = rest, b.tau = NULL;
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
     CHECK(l.residual <= 0 && l.false_alarms <= 0 && rolni_limits_valid(&l, 0));
 }
@@ -484,6 +493,7 @@ static void test_fit_limits(int k)
     CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
     CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
     check_fit_rest(k, &start, &b, &was);
+    check_fit_alarms(k, &start, &b, &was);
     check_fit_tail(k, &r, &start, &b, &was);
     check_fit_refused(k, &r, &start, &b, &was);
 }

@@ -587,6 +587,13 @@ check 'tick: the residual is averaged as long, an unknown torque moves a velocit
     /_tau, N?m?.*not used|tau, .*: (not used|torque that)/ { split($0, x, ","); gsub(/.*\(/, "", x[1]); tau[file] = value(x[1]) }
     END { r = tau[2] / tau[1]; print window[1], window[2], r
           exit !(window[1] == 8 && window[2] == 40 && r > 2.2359 && r < 2.2363) }' $dir/own_limits5.h $dir/own_limits.h
+# a limit of the residual from a rate of false alarms: the guard may use it, and it is below the fixed one
+$dir/motor $dir/motor.csv torque=1 held=0.2 --resume steps=1 false_alarms=0.01 out=$dir/own > $dir/own.log 2>&1
+check 'false_alarms: the rate, and a limit below that of all' awk '
+    function value(x) { gsub(/[^0-9.e+-]/, "", x); return x + 0 }
+    FNR == 1 { file++ } / residual, / { limit[file] = value($1) } /false_alarms, part/ { rate[file] = value($1) }
+    END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2) }' $dir/own_limits5.h $dir/own_limits.h
+check 'false_alarms=1' ends 1 'false_alarms' $dir/motor $dir/motor.csv torque=1 false_alarms=1 out=$dir/own
 # until held-out trajectories are predicted no better, in the end with the best weights; windows are not asked for where window=0
 $dir/motor $dir/motor.csv torque=1 held=0.2 window=0 out=$dir/b > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
