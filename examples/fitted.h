@@ -25,7 +25,7 @@ static struct {
     roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)], unknown[M(N)];
     M(observer_gains) gains;
     M(evidence) evidence;
-    const char *no_evidence, *no_limits, *no_noise, *no_gains; /* why there are none; NULL: there are */
+    const char *no_evidence, *no_limits, *no_noise, *no_gains, *no_outlook; /* why there are none; NULL: there are */
     int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
 
@@ -73,8 +73,10 @@ static const char *fit_evidence(int *start)
     }
     for (k = 0; k < 2 && st == ROLN_OK; k++) { /* the first window tells how long one takes */
         const double from = now();
+        roln_status ahead;
         b = held_windows_of(AHEAD, stride, start, k ? affordable(each) : 1);
-        if (b.count > 0) (void)M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
+        ahead = M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
+        found.no_outlook = ahead == ROLN_OK ? NULL : roln_status_text(ahead);
         each = now() - from;
     }
     return st == ROLN_OK ? NULL : roln_status_text(st);
@@ -221,7 +223,9 @@ static constant constant_of(roln_real x)
 /* What is said of each number of an array. */
 static const char *said_of_torque(int j)
 {
-    return found.tau[j] > 0 ? "the largest that was recorded, which may be less than the motor can" : "no torque was recorded";
+    if (!(found.tau[j] > 0)) return "no torque was recorded";
+    return d.reach > 0 ? "the largest of the filtered recordings, which may be less or more than the motor can"
+                       : "the largest that was recorded, which may be less than the motor can";
 }
 
 static const char *said_of_rate(int j)
@@ -388,7 +392,9 @@ static void put_evidence(FILE *f)
             e->halves);
     put_numbers(f, 2 * (int)M(n), e->always, ",\n    ");
     put_numbers(f, 2 * (int)M(n), e->grows, ",\n");
-    put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long");
+    if (found.no_outlook)
+        put_constant(f, e->lasts, "lasts, s: NOT FITTED, so NAME_doubt_ahead expects too little: %s", found.no_outlook);
+    else put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long");
     fprintf(f, "};\n");
 }
 
