@@ -6995,8 +6995,8 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
         w->error[i] = (w->end.zd[i] - w->s.zd[i]) / span;
     roln_mm(n, n, 1, w->equation.M, w->error, w->error + n);
     for (i = 0; i < 2 * n; i++) { /* their mean square over a small variance is a number, too */
-        const roln_real far = w->error[i] * ROLN_C(1e5);
-        if (st == ROLN_OK && !roln_finite(far * far)) st = ROLN_E_NOT_FINITE;
+        const roln_real large = w->error[i] * ROLN_C(1e5);
+        if (st == ROLN_OK && !roln_finite(large * large)) st = ROLN_E_NOT_FINITE;
     }
     if (st == ROLN_OK && !(*novelty > 0 && roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
     return st;
