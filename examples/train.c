@@ -891,7 +891,7 @@ static origin origin_of(void)
     static M(params) none;
     static uint64_t data;
     const char *from = words[FROM].value ? words[FROM].value : "";
-    static const char *const may_change = "seconds steps threads resume next tick";
+    static const char *const may_change = "seconds steps threads resume next tick false_alarms";
     origin o;
     int i;
     memset(&o, 0, sizeof o);
