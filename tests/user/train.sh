@@ -60,7 +60,7 @@ check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(pri
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
 keys='out t q qd tau dt delay filter spread test from method start sliders ignore smoother seed seconds steps held look window
-      torque force inertia ridge noise smooth ae acc lr_ae lr_net threads resume next tick'
+      torque force inertia ridge noise smooth ae acc lr_ae lr_net threads resume next tick false_alarms'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -593,7 +593,8 @@ check 'false_alarms: the rate, and a limit below that of all' awk '
     function value(x) { gsub(/[^0-9.e+-]/, "", x); return x + 0 }
     FNR == 1 { file++ } / residual, / { limit[file] = value($1) } /false_alarms, part/ { rate[file] = value($1) }
     END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2) }' $dir/own_limits5.h $dir/own_limits.h
-check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir/motor $dir/motor.csv torque=1 false_alarms=1 out=$dir/own
+check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir/motor $dir/motor.csv torque=1 false_alarms=1 \
+    out=$dir/own
 # until held-out trajectories are predicted no better, in the end with the best weights; windows are not asked for where window=0
 $dir/motor $dir/motor.csv torque=1 held=0.2 window=0 out=$dir/b > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
