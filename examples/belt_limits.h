@@ -415,12 +415,12 @@ static const belt_evidence belt_known = {
 /* Limits of NAME_tick, from 8125 ticks of held-out recordings, which are smooth: a controller changes torques faster, and its residual is larger. */
 static const roln_real belt_limits_tau[belt_force_size] = {
     ROLN_C(48.041172), /* motor 1, unit as it is: the largest that was recorded, which may be less than the motor can */
-    ROLN_C(11.391366), /* motor 2, unit as it is: the largest that was recorded, which may be less than the motor can */
+    ROLN_C(11.391366), /* motor 2, unit as it is: the largest behind filter, means and delay; more was recorded, which may be noise */
     ROLN_C(0.0), /* motor 3, unit as it is: no torque was recorded */
 };
 static const roln_real belt_limits_rate[belt_force_size] = {
-    ROLN_C(439.9731), /* motor 1, unit as it is per s: the largest change from sample to sample that was recorded */
-    ROLN_C(113.39564), /* motor 2, unit as it is per s: the largest change from sample to sample that was recorded */
+    ROLN_C(439.9731), /* motor 1, unit as it is per s: the largest change from sample to sample, behind filter, new times and delay */
+    ROLN_C(113.39564), /* motor 2, unit as it is per s: the largest change from sample to sample, behind filter, new times and delay */
     ROLN_C(0.0), /* motor 3, unit as it is per s: no torque was recorded */
 };
 static const roln_limits belt_limits = {

@@ -82,7 +82,20 @@ static const char *fit_evidence(int *start)
     return st == ROLN_OK ? NULL : roln_status_text(st);
 }
 
-/* Largest torques and largest changes of them, of all recordings. */
+/* The largest torque of a motor as it was read, in the unit of the recordings; 0: none was, or an acceleration is in its place. */
+static roln_real recorded_torque(int j)
+{
+    int c;
+    for (c = 0; c < d.count; c++) {
+        const field *f = &d.fields[c];
+        if (f->kind != OF_TAU || f->index != j) continue;
+        return (int)M(driven) > 0 && j >= (int)M(N) - (int)M(driven) ? 0 : (roln_real)f->most * (roln_real)unit_of_tau(&d);
+    }
+    return 0;
+}
+
+/* Largest torques and largest changes of them, of all recordings. A filter, new times and a delay may overshoot: then the largest
+   that was recorded counts. */
 static void fit_torques(void)
 {
     enum { F = M(force_size) };
@@ -95,6 +108,7 @@ static void fit_torques(void)
                 found.rate[j] = ROLN_MAX(found.rate[j], ROLN_ABS(change) / found.limits.dt);
             }
     for (j = 0; j < F; j++) {
+        if (recorded_torque(j) > 0) found.tau[j] = ROLN_MIN(found.tau[j], recorded_torque(j));
         found.rate[j] += 4 * ROLN_EPS * found.tau[j] / found.limits.dt; /* what rounds when torques are clipped */
         found.tau[j] += 4 * ROLN_EPS * found.tau[j];                    /* and here in the unit of the recordings */
         found.limits.tau = ROLN_MAX(found.limits.tau, found.tau[j]);
@@ -224,13 +238,17 @@ static constant constant_of(roln_real x)
 static const char *said_of_torque(int j)
 {
     if (!(found.tau[j] > 0)) return "no torque was recorded";
-    return d.reach > 0 ? "the largest of the filtered recordings, which may be less or more than the motor can"
-                       : "the largest that was recorded, which may be less than the motor can";
+    if ((double)found.tau[j] < 0.999 * (double)recorded_torque(j))
+        return "the largest behind filter, means and delay; more was recorded, which may be noise";
+    return "the largest that was recorded, which may be less than the motor can";
 }
 
 static const char *said_of_rate(int j)
 {
-    return found.rate[j] > 0 ? "the largest change from sample to sample that was recorded" : "no torque was recorded";
+    const int changed = d.kernel > 0 || delay_found != 0 || (d.reach > 0 && !(set("smooth") > 0)); /* smooth= changes q alone */
+    if (!(found.rate[j] > 0)) return "no torque was recorded";
+    return changed ? "the largest change from sample to sample, behind filter, new times and delay"
+                   : "the largest change from sample to sample that was recorded";
 }
 
 static const char *said_of_noise(int j)

@@ -56,6 +56,7 @@ typedef struct {
     double factor; /* of the number in the file, to rad, s, Nm .. */
     double noise;  /* deviation of the white noise that the spectrum shows before any filter, in rad, Nm ..; 0: none */
     double share;  /* of noise in what the trainer needs of the column: qdd, or tau */
+    double most;   /* of |tau| as it was read, without wild samples, before any filter; in the unit of the motion */
 } field;
 
 typedef struct {
@@ -2653,6 +2654,17 @@ static void tell_columns(const motion *d, const pace *p)
     if (d->left_out > 0) say("rows left out, for a number is missing: %d\n", d->left_out);
 }
 
+/* Writes the largest torques to their fields. */
+static void keep_most(const motion *d)
+{
+    int c, i;
+    for (c = 0; c < d->count; c++) {
+        field *f = &d->fields[c];
+        for (i = 0; i < d->samples && f->kind == OF_TAU; i++)
+            f->most = fmax(f->most, fabs((double)d->tau[i * d->forces + f->index]));
+    }
+}
+
 /* Reads files and checks them; brings them to one rate, filters noise; qd, if there is none, is the derivative of q, unless q has
    yet to be smoothed; qdd. */
 static motion read_recordings(int files, const char *const *paths, const wanted *w)
@@ -2674,6 +2686,7 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
     split_restarts(&d);
     drop_repeats(&d);
     drop_wild(&d, w);
+    keep_most(&d);
     p = find_pace(&d);
     d.dt = p.mean;
     if (w->tell) tell_columns(&d, &p);

@@ -469,6 +469,13 @@ done
 check 'limits: the largest torque that was recorded' awk -F, 'NR == FNR { most = $4 > most ? $4 : -$4 > most ? -$4 : most; next }
     /motor 1, unit as it is: the largest that was recorded/ { split($0, x, /[()]/); ok = (x[2] / most - 1) ^ 2 < 1e-6 }
     END { exit !ok }' $dir/motor.csv $dir/motor_limits.h
+# a filter overshoots where a motor saturates: no more is allowed than was recorded, and the text says so
+awk -F, -v OFS=, 'NF > 3 { $4 = $4 > 0 ? 4 : -4 } 1' $dir/motor.csv > $dir/saturated.csv
+check 'limits of saturated torques, filtered' ends 3 '^filter: 8 Hz' \
+    $dir/motor $dir/saturated.csv torque=1 held=0.2 filter=8 steps=1 out=$dir/saturated
+check 'limits of saturated torques: what was recorded' awk '/motor 1, unit as it is: the largest that was recorded/ {
+    split($0, x, /[()]/); ok = (x[2] / 4 - 1) ^ 2 < 1e-6 } END { exit !ok }' $dir/saturated_limits.h
+check 'limits of saturated torques: changes' grep 'the largest change from sample to sample, behind filter' $dir/saturated_limits.h
 check 'limits in no time' stops $dir/motor $dir/motor.csv torque=1 held=0.2 seconds=1 out=$early
 for x in $dir/motor $early; do sed -n '/limits_tau.motor_f/,/};/p' ${x}_limits.h > $x.torques; done
 check 'limits in no time: the same torques' cmp $dir/motor.torques $early.torques
