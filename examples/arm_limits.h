@@ -1,6 +1,9 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
    Include it behind the header of the config. */
+#ifndef ROLN_H
+#error "include the header of the config, arm.h, first"
+#endif
 #ifndef arm_limits_h
 #define arm_limits_h
 typedef char arm_limits_are_of_N_6[arm_N == 6 && arm_force_size == 6 ? 1 : -1];

@@ -1,6 +1,9 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
    Include it behind the header of the config. */
+#ifndef ROLN_H
+#error "include the header of the config, belt.h, first"
+#endif
 #ifndef belt_limits_h
 #define belt_limits_h
 typedef char belt_limits_are_of_N_3[belt_N == 3 && belt_force_size == 3 ? 1 : -1];

@@ -452,6 +452,7 @@ static void write_settings(const char *verdict)
             "   written with it, fitted to recordings.\n"
             "   Include it behind the header of the config. */\n");
     if (verdict) fprintf(f, MARK "%s */\n", verdict);
+    fprintf(f, "#ifndef ROLN_H\n#error \"include the header of the config, " STRING(MODEL) ".h, first\"\n#endif\n");
     fprintf(f,
             "#ifndef " STRING(MODEL) "_limits_h\n#define " STRING(
                 MODEL) "_limits_h\n"

@@ -1,6 +1,9 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
    Include it behind the header of the config. */
+#ifndef ROLN_H
+#error "include the header of the config, furuta.h, first"
+#endif
 #ifndef furuta_limits_h
 #define furuta_limits_h
 typedef char furuta_limits_are_of_N_2[furuta_N == 2 && furuta_force_size == 2 ? 1 : -1];
