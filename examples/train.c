@@ -1352,6 +1352,20 @@ static void tables(double most)
     if (price() * steps_to(&d, train, d.trajectories, far, 1, stride_of(&d, 0.1)) < left()) draw_motion();
 }
 
+/* The last line of a training that came to a model: the largest E_q of held-out recordings up to look=. */
+static void tell_success(void)
+{
+    double most = 0, up_to = 0;
+    int i;
+    for (i = 0; i < kept_tables[0].rows; i++) {
+        const double ms = kept_tables[0].row[i].ms, q = kept_tables[0].row[i].e.q;
+        if (ms > 1001 * s.ahead || !isfinite(q)) continue;
+        most = fmax(most, q), up_to = ms;
+    }
+    if (up_to > 0) printf("A model was trained: it predicts to %.3g %% (E_q) up to %.3g s\n", 100 * most, up_to / 1e3);
+    else printf("A model was trained.\n");
+}
+
 /* Writes the weights, judges them by the tables, and writes the verdict into their header. Returns the exit code. */
 static int report(void)
 {
@@ -1376,6 +1390,7 @@ static int report(void)
         remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
     if (kept > 0 && doubts[0])
         printf("the weights that were there before are %s.roln.old and %s_weights.h.old\n", words[OUT].value, words[OUT].value);
+    if (!doubts[0]) tell_success();
     fflush(stdout);
     if (doubts[0])
         fprintf(stderr, "no trained model: %s; weights of step %d are written%s\n", text, s.best_step,

@@ -440,6 +440,11 @@ awk 'BEGIN {
 rm -f $dir/motor.roln $dir/motor_weights.h
 $dir/motor $dir/motor.csv torque=1 held=0.2 start=random steps=110 out=$dir/motor > $dir/motor.log 2>&1
 check "a trained model: ended with $?" test $? -eq 0
+check 'a trained model: the last line' sh -c "tail -n 1 $dir/motor.log |
+    grep '^A model was trained: it predicts to [0-9.]* % (E_q) up to [0-9.]* s$'"
+check 'a trained model: the largest E_q up to look=' awk -F, 'NR == FNR { if (/^A model was trained/) split($0, x, " "); next }
+    /^"held-out/ && $2 <= 1000 && $3 > most { most = $3 } END { exit !(x[8] > 0 && (x[8] / most - 1) ^ 2 < 1e-4) }' \
+    $dir/motor.log $dir/motor_errors.csv
 check 'a trained model: its header says nothing' sh -c "! grep 'train.c: ' $dir/motor_weights.h"
 check 'a short recording shortens nothing' grep '110  E_q(25 ms) .* E_q(1 s) .* 3 of 4 long enough' $dir/motor.log
 check 'torque of the joint' awk '/tau_model - tau/ { getline; ok = $1 == 1 && $2 > 2 && $2 < 5 && $4 < 3 &&
