@@ -335,7 +335,7 @@ typedef struct {
     roln_real energy, lost;
 } rolni_balance;
 
-/* Where motors act, tau = B u. */
+/* Positions of motors: tau = B u. */
 typedef struct {
     int count;
     const roln_real *B; /* [N][count]; NULL: the map that a model with inputs has learned, count is then its inputs */
@@ -433,6 +433,9 @@ typedef struct {
                                follow them (rolni_alarm); it needs a residual. 0: `residual` is a fixed limit of the running mean */
 } roln_limits; /* torques: the count of motors with a B, else NAME_force_size */
 
+/* Most numbers of a running mean. Of one more, as large as the mean, it keeps six bits; a longer mean would stand still. */
+#define ROLNI_AVERAGED (1 / (64 * ROLN_EPS))
+
 /* How new a state is to a model. t [m] are the terms of the state: 1, its variables and products of their polynomials. With A the
    mean of t t^T over the states that were seen,
        novelty = t^T A^-1 t / m,
@@ -450,14 +453,11 @@ ROLN_FN roln_real rolni_novelty(int m, const roln_real *L, roln_real *t)
     return roln_dot(m, t, t) / ROLNI_AS(roln_real, m);
 }
 
-/* As many states are worth the same: of one more, a mean in roln_real keeps six bits. */
-#define ROLNI_STATES (1 / (64 * ROLN_EPS))
-
 /* One more state: A becomes A + (t t^T - A) / count, by plane rotations of L. t is spent. The matrix 1 that A begins with is worth
-   a state for ever: no diagonal of L falls below the root of 1 / ROLNI_STATES. */
+   a state for ever: no diagonal of L falls below the root of 1 / ROLNI_AVERAGED. */
 ROLN_FN void rolni_novelty_add(int m, roln_real count, roln_real *L, roln_real *t)
 {
-    const roln_real part = 1 / count, old = ROLN_SQRT(1 - part), new_part = ROLN_SQRT(part), least = ROLN_SQRT(1 / ROLNI_STATES);
+    const roln_real part = 1 / count, old = ROLN_SQRT(1 - part), new_part = ROLN_SQRT(part), least = ROLN_SQRT(1 / ROLNI_AVERAGED);
     int i, k;
     for (i = 0; i < ROLN_TRI(m); i++)
         L[i] *= old;
@@ -611,15 +611,16 @@ ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g)
     return !roln_finite(f) ? 0 : f < -16 ? -16 : f > 16 ? 16 : f;
 }
 
+/* The limit of the mean residual of a window that ends now, W. */
 ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_guard *g)
 {
     return limits->residual * roln_exp(rolni_raised(limits, g) / 8);
 }
 
-/* Ticks over which residuals are averaged: a longer mean would stand still in its rounding. */
+/* Ticks over which residuals are averaged. */
 ROLN_FN roln_real rolni_window(const roln_limits *limits)
 {
-    return ROLN_MAX(1, ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS)));
+    return ROLN_MAX(1, ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), ROLNI_AVERAGED));
 }
 
 /* The residual r of one more tick. Nonzero if it is the last of a window whose mean is beyond the limit, which then follows. An
@@ -1438,7 +1439,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
 
 /* ---- 5 feedback, estimates and plans --------------------------------------------------------- */
 
-/* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
+/* Cost of feedback, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
    dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
    these deviations d are equally bad. */
 typedef struct {
@@ -1523,7 +1524,7 @@ ROLN_FN roln_status rolni_lqr_end(int n2, const roln_real *P, roln_real *C, roln
     return ROLN_OK;
 }
 
-/* What a filter is told of a machine and of its encoders. */
+/* Noise of a machine and of its encoders, for a filter. */
 typedef struct {
     roln_real dt;   /* time from tick to tick, s */
     roln_real q;    /* deviation of a measured joint from phi(z), rad: the root of noise^2 (of an encoder: its step / sqrt(12))
@@ -1645,7 +1646,7 @@ typedef struct {
                                     low is then above high, both cost, the least in the middle between them; NULL: 0 */
 } roln_term;
 
-/* What a plan is for, with the limits that a guard will hold it to. */
+/* Goal of a plan, and the limits of the guard behind it. */
 typedef struct {
     roln_real dt; /* a step, s: as long as u is held */
     int terms;
@@ -6949,7 +6950,7 @@ ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch
                     e->L[ROLN_TRI(i) + i] = 1;
                 e->count = 1;
             }
-            if (e->count < ROLNI_STATES) e->count += 1;
+            if (e->count < ROLNI_AVERAGED) e->count += 1;
             rolni_novelty_add(terms, e->count, e->L, w->t);
         }
     return ROLN_OK;

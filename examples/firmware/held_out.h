@@ -13,8 +13,7 @@
 enum { HELD_MOST = 64, HELD_FAR = 16 }; /* HELD_FAR, in medians: a larger error is of bad data, or of a machine that has changed */
 #define HELD_FAILED 1e9f
 
-/* The median of e [count]; the smaller one, if two are in the middle; NaN counts as HELD_FAILED. At most count^2 / 2 comparisons.
-   */
+/* The median of e [count]; the smaller one, if two are in the middle. NaN counts as HELD_FAILED. Cost: count^2 / 2 comparisons. */
 static float held_median(int count, const float *e)
 {
     float sorted[HELD_MOST];
@@ -35,7 +34,7 @@ static int held_near(float error, int count, const float *now)
 }
 
 /* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not
-   grow, and the windows that become better must outnumber those that become worse by at least count / 8, and one. Nothing is better
+   grow. The windows that become better must outnumber those that become worse by count / 8, and by one at least. Nothing is better
    than a median of 0. */
 static int held_no_worse(int count, const float *now, const float *next)
 {

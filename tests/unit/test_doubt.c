@@ -245,7 +245,7 @@ static void test_rest(void)
     for (k = 0; k < 12; k++) {
         for (i = 0; i < 131072; i++)
             CHECK_OK(bead_evidence_add(&p, &b, &e, &w.evidence_add));
-        if (sizeof(roln_real) > 4) e.count = ROLNI_STATES; /* as if they had been so many */
+        if (sizeof(roln_real) > 4) e.count = ROLNI_AVERAGED; /* as if they had been so many */
         CHECK_OK(bead_doubt(&p, &e, &s, &d, &tick.doubt));
         CHECK_BELOW(d.novelty, 2);
     }

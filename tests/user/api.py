@@ -231,7 +231,7 @@ def main():
             print("    " + part)
         print()
     print("## Structs that a program fills\n")
-    print("These are the same for every model. They stand in `roln.h`.\n")
+    print("These structs are the same for every model and stand in `roln.h`.\n")
     for struct in FILLED:
         for part in header.struct(struct):
             print(("    " + part).rstrip())
