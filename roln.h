@@ -2580,8 +2580,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
-    rolni_write_name(t, "/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined ", "weights",
+    rolni_write_name(t, "/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined ", "weights",
                      " is only declared here;\n   the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */\n");
+    put(ctx, "#ifndef ROLN_H\n#error \"include the header of the config, ");
+    put(ctx, name);
+    put(ctx, ".h, first\"\n#endif\n");
     rolni_write_name(t, "#ifndef ", "weights_h\n", "");
     rolni_write_name(t, "#define ", "weights_h\n", "");
     rolni_write_needs(t, md);

@@ -1,5 +1,8 @@
-/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined arm_weights is only declared here;
+/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined arm_weights is only declared here;
    the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef ROLN_H
+#error "include the header of the config, arm.h, first"
+#endif
 #ifndef arm_weights_h
 #define arm_weights_h
 typedef char arm_weights_are_of_ROLN_AE_6[arm_N == 6 && arm_N1 == 0 && arm_N2 == 0 && arm_N3 == 0 && arm_N4 == 0 && arm_N5 == 0 && arm_N6 == 0 && arm_N7 == 0 && arm_N8 == 0 ? 1 : -1];

@@ -1,5 +1,8 @@
-/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined belt_weights is only declared here;
+/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined belt_weights is only declared here;
    the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef ROLN_H
+#error "include the header of the config, belt.h, first"
+#endif
 #ifndef belt_weights_h
 #define belt_weights_h
 typedef char belt_weights_are_of_ROLN_AE_3[belt_N == 3 && belt_N1 == 0 && belt_N2 == 0 && belt_N3 == 0 && belt_N4 == 0 && belt_N5 == 0 && belt_N6 == 0 && belt_N7 == 0 && belt_N8 == 0 ? 1 : -1];

@@ -1,6 +1,9 @@
 /* chain_weights.h - written by examples/pendulum.c; include chain.h first. 1 J = 19.8328 of the model. */
-/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined chain_weights is only declared here;
+/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined chain_weights is only declared here;
    the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef ROLN_H
+#error "include the header of the config, chain.h, first"
+#endif
 #ifndef chain_weights_h
 #define chain_weights_h
 typedef char chain_weights_are_of_ROLN_AE_8_2[chain_N == 8 && chain_N1 == 2 && chain_N2 == 0 && chain_N3 == 0 && chain_N4 == 0 && chain_N5 == 0 && chain_N6 == 0 && chain_N7 == 0 && chain_N8 == 0 ? 1 : -1];

@@ -1,5 +1,8 @@
-/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined furuta_weights is only declared here;
+/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined furuta_weights is only declared here;
    the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef ROLN_H
+#error "include the header of the config, furuta.h, first"
+#endif
 #ifndef furuta_weights_h
 #define furuta_weights_h
 typedef char furuta_weights_are_of_ROLN_AE_2[furuta_N == 2 && furuta_N1 == 0 && furuta_N2 == 0 && furuta_N3 == 0 && furuta_N4 == 0 && furuta_N5 == 0 && furuta_N6 == 0 && furuta_N7 == 0 && furuta_N8 == 0 ? 1 : -1];

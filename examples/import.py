@@ -362,9 +362,10 @@ def weights(name, model, scheme, numbers):
     cuts = [6, 6 + n, 6 + 2 * n, 6 + 3 * n, len(numbers)]
     low, high, fast, theta = (listed(numbers[a:b]) for a, b in zip(cuts, cuts[1:]))
     own, scale = listed(numbers[:2]), listed(numbers[2:5])
-    return (f"/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined {name}_weights "
+    return (f"/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined {name}_weights "
             "is only declared here;\n"
             "   the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */\n"
+            f'#ifndef ROLN_H\n#error "include the header of the config, {name}.h, first"\n#endif\n'
             f"#ifndef {name}_weights_h\n#define {name}_weights_h\n{needs(name, model, scheme)}"
             f"#ifndef ROLN_WEIGHTS_EXTERN\nROLN_FLASH static {var} =\n#else\nROLN_FLASH extern {var};\n"
             f"#ifdef ROLN_WEIGHTS_HERE\nROLN_FLASH {var} =\n#endif\n#endif\n"

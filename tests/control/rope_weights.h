@@ -1,5 +1,8 @@
-/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined rope_weights is only declared here;
+/* Include it behind the header of the config. With ROLN_WEIGHTS_EXTERN defined rope_weights is only declared here;
    the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef ROLN_H
+#error "include the header of the config, rope.h, first"
+#endif
 #ifndef rope_weights_h
 #define rope_weights_h
 typedef char rope_weights_are_of_ROLN_AE_11_6[rope_N == 11 && rope_N1 == 6 && rope_N2 == 0 && rope_N3 == 0 && rope_N4 == 0 && rope_N5 == 0 && rope_N6 == 0 && rope_N7 == 0 && rope_N8 == 0 ? 1 : -1];

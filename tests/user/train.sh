@@ -471,8 +471,10 @@ for c in 'gcc -std=c99' 'g++ -x c++ -std=c++11'; do
         -DLIMITS='"motor_limits.h"' tests/user/limits.c -o $dir/limits -lm
     check "limits in a program: $c: no fault" $dir/limits $dir/motor.csv 17
 done
-check 'limits before the config: told' sh -c "! gcc -std=c99 -fsyntax-only -I. -I$dir -include $dir/motor_limits.h -x c /dev/null \
-    2> $dir/says.log && grep -m 1 'error' $dir/says.log | grep 'include the header of the config, motor.h, first'"
+for what in weights limits; do
+    check "$what before the config: told" sh -c "! gcc -std=c99 -fsyntax-only -I. -include $dir/motor_$what.h -x c /dev/null \
+        2> $dir/says.log && grep -m 1 'error' $dir/says.log | grep 'include the header of the config, motor.h, first'"
+done
 check 'limits: the largest torque that was recorded' awk -F, 'NR == FNR { most = $4 > most ? $4 : -$4 > most ? -$4 : most; next }
     /motor 1, unit as it is: the largest that was recorded/ { split($0, x, /[()]/); ok = (x[2] / most - 1) ^ 2 < 1e-6 }
     END { exit !ok }' $dir/motor.csv $dir/motor_limits.h
