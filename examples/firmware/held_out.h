@@ -13,10 +13,11 @@
 enum { HELD_MOST = 64, HELD_FAR = 16 }; /* HELD_FAR, in medians: a larger error is of bad data, or of a machine that has changed */
 #define HELD_FAILED 1e9f
 
-/* The median of e [count]; the smaller one, if two are in the middle. NaN counts as HELD_FAILED. Cost: count^2 / 2 comparisons. */
+/* The median of e [count], at most HELD_MOST; the smaller one, if two are in the middle; 0 of none. NaN counts as HELD_FAILED.
+   Cost: count^2 / 2 comparisons. */
 static float held_median(int count, const float *e)
 {
-    float sorted[HELD_MOST];
+    float sorted[HELD_MOST] = {0};
     for (int i = 0; i < count; i++) {
         const float x = e[i] < HELD_FAILED ? e[i] : HELD_FAILED;
         int k = i;

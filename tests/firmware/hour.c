@@ -102,6 +102,7 @@ static void test_held(void)
     check(held_near(16, 16, now) && !held_near(16.01f, 16, now) && !held_near(NAN, 16, now), "the bound of errors", 0);
     next[3] = NAN;
     check(!held_no_worse(16, now, next), "a NaN is accepted", 0);
+    check(!held_no_worse(0, now, next) && held_median(0, now) == 0, "accepted without windows", 0);
     for (int count = 1; count <= 16; count++) { /* the answer does not depend on the unit, and nothing is better than no error */
         for (int i = 0; i < count; i++)
             now[i] = 1e-25f, next[i] = i < (count + 1) / 2 ? 1.5e-24f : 0;
