@@ -161,12 +161,14 @@ static void test_follow_edges(void)
     }
     follow(&x, 4, ROLN_C(0.5), 0); /* a rate of nothing that is checked */
     CHECK(!rolni_limits_valid(&x.l, 1));
+#ifndef ROLN_DOUBLE /* in double that takes 1e14 ticks */
     follow(&x, 2000000000, ROLN_C(0.01), 1); /* a window counts as one that its sum can hold */
-    for (t = 0; t < 2 * (int)(1 / (64 * ROLN_EPS)) && sizeof(roln_real) == 4; t++) {
+    for (t = 0; t < 2 * (int)(1 / (64 * ROLN_EPS)); t++) {
         rolni_balance b = {ROLN_C(1.5), 0};
         (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
     }
-    CHECK(sizeof(roln_real) > 4 || (x.g.alarms == 2 && x.g.residual == ROLN_C(1.5)));
+    CHECK(x.g.alarms == 2 && x.g.residual == ROLN_C(1.5));
+#endif
 }
 
 /* Of independent alarms at most one in 16^k is followed by k more in a row, for rates up to 1 / 16. */
