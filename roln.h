@@ -3911,8 +3911,8 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
                  !rolni_all_within(N, qd, seen->x + N, limits->qd_tolerance))
             faults |= ROLN_FAULT_MANIFOLD;
     }
-    if (!ROLNI_(in_range)(p, limits->margin, seen->s->z, seen->s->zd)) faults |= ROLN_FAULT_RANGE;
-    else if (limits->evidence && !(ROLNI_(novelty)(p, limits->evidence, seen->s->z, seen->s->zd, t) <= limits->novelty))
+    if (!ROLNI_(in_range)(p, limits->margin, seen->s->z, seen->s->zd) ||
+        (limits->evidence && !(ROLNI_(novelty)(p, limits->evidence, seen->s->z, seen->s->zd, t) <= limits->novelty)))
         faults |= ROLN_FAULT_RANGE;
     return faults;
 }
@@ -5551,7 +5551,7 @@ ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evid
         C[i * n + i % n] += w->g[i];
     for (i = 0; i < n2 * n; i++)
         C[i] *= keeps;
-    if (!roln_all_finite(n2 * n2, P) || !roln_all_finite(n2 * n, C)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n2 * n2, P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
     for (i = 0; i < n2; i++)
         if (P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
     *o = w->o, *s = w->s;
@@ -5798,7 +5798,7 @@ ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_wor
     const roln_real last = rolni_rated(g->limits) ? ROLN_ABS(w->last[j]) : 0;
     const roln_real fall = ROLN_MIN(last, ROLNI_AS(roln_real, k + 1) * (w->rate[j] / 4));
     const roln_real top = g->reserve ? rolni_ocp_lower(w->top[j], g->reserve[k * ROLN_(motors) + j], last, fall) : w->top[j];
-    return top < 0 ? 0 : ROLN_MIN(top, w->top[j]);
+    return ROLN_MIN(top, w->top[j]);
 }
 
 /* u of motor j within limits in step k, after last; NaN of NaN. */
@@ -6495,8 +6495,8 @@ ROLN_FN roln_status ROLNI_(fit_tick)(const ROLN_(params) *p, const roln_batch *b
 
 /* *residual, the largest of all windows of b, becomes the one that `rank` windows are at or beyond, rounded up by at most 2^-14 of
    the largest. */
-ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const roln_limits *open, uint32_t rank,
-                                     roln_real *residual, ROLN_(fit_limits_work) *w)
+ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const roln_limits *open, uint32_t rank,
+                              roln_real *residual, ROLN_(fit_limits_work) *w)
 {
     roln_real low = 0, wide = *residual;
     int pass, k, h, part;
@@ -6505,9 +6505,9 @@ ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b
         memset(w->parts, 0, sizeof w->parts);
         for (k = 0; k < b->count; k++)
             for (h = 0; h <= b->steps; h++) {
-                const roln_status st = ROLNI_(fit_tick)(p, b, open, k, h, NULL, w);
-                const roln_real x = (ROLN_ABS(w->guard.g.residual) - low) / wide * ROLNI_TAIL;
-                if (st != ROLN_OK) return st;
+                roln_real x;
+                (void)ROLNI_(fit_tick)(p, b, open, k, h, NULL, w); /* as it was when *residual was found: ROLN_OK */
+                x = (ROLN_ABS(w->guard.g.residual) - low) / wide * ROLNI_TAIL;
                 if (h == 0 || w->guard.g.ticks > 0 || !(x >= 0)) continue;
                 if (x < ROLNI_TAIL) w->parts[ROLNI_AS(int, x)]++;
                 else above++;
@@ -6517,7 +6517,6 @@ ROLN_FN roln_status ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b
         wide /= ROLNI_TAIL, low += ROLNI_AS(roln_real, part) * wide;
     }
     *residual = low + wide;
-    return ROLN_OK;
 }
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
@@ -6566,11 +6565,8 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
         }
     if (l->false_alarms > 0 && windows == 0) return ROLN_E_LENGTH;
     rank = ROLNI_AS(uint32_t, l->false_alarms * ROLNI_AS(roln_real, windows + 1));
-    if (rank > 0) {
-        const roln_status st = ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
-        if (st != ROLN_OK) return st;
-    } else
-        most.residual *= slack;
+    if (rank > 0) ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
+    else most.residual *= slack;
     if (!(most.residual > 0)) most.false_alarms = 0;
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
     most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;

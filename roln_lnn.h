@@ -272,8 +272,9 @@ ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real
             H[j * m + k] += s;
             if (k < j) H[k * m + j] += s;
         }
-        if (y) roln_mm_bt(1, F, out, yj, W, y + j * out);
-        if (!along || !y) continue;
+        if (!y) continue;
+        roln_mm_bt(1, F, out, yj, W, y + j * out);
+        if (!along) continue;
         {
             const roln_real *const by[2] = {v, yj}, *const pby[2] = {v + n, yj + n};
             rolni_polynomials_mixed(n, f->degree, slope, slope + n, by, pby, yv + n);

@@ -148,13 +148,13 @@ static double start_least_squares(const start_target *t)
 {
     enum { TURNS = 6 };
     const int T = t->net->size[1], side = T + 1, no = t->net->size[2];
-    roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)((T + 1) * no), sizeof *seen);
+    roln_real *S = room((size_t)side * (size_t)(side + 1), sizeof *S), *seen = room((size_t)side * (size_t)no, sizeof *seen);
     roln_real *b = room((size_t)side, sizeof *b), *damp = room((size_t)side, sizeof *damp);
     roln_real *scratch = room((size_t)ROLN_SYM_CHOL_WORK(side), sizeof *scratch);
-    double *G = room((size_t)(no * side), sizeof *G), trace = 0, left_ = HUGE_VAL;
+    double *G = room((size_t)no * (size_t)side, sizeof *G), trace = 0, left_ = HUGE_VAL;
     roln_status st = ROLN_E_NOT_SPD;
     int turn, o, h, k;
-    for (h = 0; h < (T + 1) * no; h++)
+    for (h = 0; h < side * no; h++)
         seen[h] = 1;
     rolni_unseen_bwd(t->net, t->theta, seen);
     memset(S, 0, sizeof *S * (size_t)side * (size_t)(side + 1));

@@ -277,6 +277,11 @@ static void T_(ahead)(void)
             CHECK_NEAR(o.P[i], P[i / n2 * n3 + i % n2], 512 * (ld)ROLN_EPS * most);
     }
     kept = o, other = s;
+    o.P[0] = (roln_real)INFINITY;
+    CHECK(DOUBTED(doubt_ahead)(&p, &e, &s, tau, dt, &o, &w) == ROLN_E_NOT_FINITE);
+    o = kept, e.count = 0;
+    CHECK(DOUBTED(doubt_ahead)(&p, &e, &s, tau, dt, &o, &w) == ROLN_E_RANGE);
+    e.count = 100;
     CHECK(DOUBTED(doubt_ahead)(&p, &e, &s, tau, -dt, &o, &w) == ROLN_E_RANGE);
     e.lasts = 0;
     CHECK(DOUBTED(doubt_ahead)(&p, &e, &s, tau, dt, &o, &w) == ROLN_E_RANGE);
@@ -384,6 +389,59 @@ static void T_(refusals)(void)
     CHECK_NEAR(e.count, 1 / (64 * ROLN_EPS), 0);
 }
 
+/* Recordings that fail on the way: at the start of a window, in a step, or behind it. */
+static void T_(failures)(void)
+{
+    enum { N = DOUBTED(N), n = DOUBTED(n), STEPS = 3, F = DOUBTED(force_size) };
+    static DOUBTED(params) p;
+    static DOUBTED(evidence) e, kept, empty;
+    static DOUBTED(train) w;
+    static DOUBTED(fit_outlook_work) ow;
+    static DOUBTED(work) tick;
+    static roln_real q[(STEPS + 1) * N], qd[(STEPS + 1) * N], tau[(STEPS + 1) * F], fast[(STEPS + 1) * N];
+    const roln_real dt = ROLN_C(0.0078125), nan = (roln_real)NAN;
+    roln_batch b = {1, STEPS, 1, NULL, q, qd, NULL, NULL}, short_ = b;
+    DOUBTED(latent) s;
+    DOUBTED(doubts) d;
+    uint64_t seed = 29;
+    int k, i;
+    T__(model_of)(&p);
+    for (k = 0; k <= STEPS; k++)
+        T_(state)(&p, &seed, q + k * N, qd + k * N, &s);
+    memset(&e, 0, sizeof e);
+    CHECK_OK(DOUBTED(evidence_add)(&p, &b, &e, &w.evidence_add));
+    for (i = 0; i < 2 * n; i++)
+        e.always[i] = 1;
+    e.lasts = dt, kept = e;
+    short_.steps = 0;
+    CHECK(DOUBTED(fit_doubt)(&p, &short_, dt, &e, &w.fit_doubt) == ROLN_E_LENGTH);
+    CHECK(DOUBTED(fit_outlook)(&p, &short_, dt, &e, &ow) == ROLN_E_LENGTH);
+    short_.steps = -1;
+    CHECK(DOUBTED(evidence_add)(&p, &short_, &e, &w.evidence_add) == ROLN_E_LENGTH);
+    b.tau = tau;
+    CHECK_OK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt)), e = kept;
+    CHECK_OK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow)), e = kept;
+    tau[F] = nan; /* the second step */
+    CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
+    CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
+    tau[F] = 0;
+    memcpy(fast, qd, sizeof qd), b.qd = fast, fast[0] = nan; /* the start */
+    CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
+    CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
+    CHECK(memcmp(&e, &kept, sizeof e) == 0);
+    b.qd = qd;
+    memset(e.always, 0, sizeof e.always); /* no deviation: no likelihood */
+    CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
+    e = kept, e.L[0] = nan;
+    CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
+    CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE);
+    e = kept, e.always[n] = e.grows[n] = (roln_real)(sizeof(roln_real) > 4 ? 1.5e308 : 3e38), e.halves = 0; /* each is a number, both are none */
+    CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE);
+    memset(&empty, 0, sizeof empty);
+    p.zd_max[n - 1] = 0;
+    CHECK(DOUBTED(evidence_add)(&p, &b, &empty, &w.evidence_add) == ROLN_E_RANGE);
+}
+
 /* NAME_fit_limits: novelty is slack times the largest of the recordings; with less the guard speaks, with it it does not. */
 static void T_(limits)(void)
 {
@@ -426,6 +484,8 @@ static void T_(limits)(void)
         CHECK_OK(DOUBTED(fit_limits)(&p, &b, 4, &l, tau, rate, &w.fit_limits));
         CHECK_NEAR(l.novelty, 4 * once, 16 * ROLN_EPS * once);
     }
+    e.L[0] = (roln_real)NAN;
+    CHECK(DOUBTED(fit_limits)(&p, &b, 4, &l, tau, rate, &w.fit_limits) == ROLN_E_NOT_FINITE);
 }
 
 static void T_(doubt)(void)
@@ -435,6 +495,7 @@ static void T_(doubt)(void)
     T_(ahead)();
     T_(lasts)();
     T_(refusals)();
+    T_(failures)();
     T_(limits)();
 }
 #undef T_

@@ -338,6 +338,41 @@ static void R_(tightened)(int what)
     }
 }
 
+/* Limits on one side alone, and what is inside of a plan when its numbers fail on the way. */
+static void R_(inside)(void)
+{
+    enum { n2 = 2 * R__(n), N = R__(N) };
+    static R__(params) p;
+    static R_(task) x;
+    static R__(plan) plan;
+    static R__(plan_next_work) w;
+    static R__(plan_tighten_work) tight;
+    const R__(latent) s = {{0}, {0}};
+    roln_real gap = 0, row[n2] = {1};
+    uint64_t seed = 45;
+    int side, what;
+    R__(start_model)(&p);
+    for (side = 0; side < 2; side++)
+        for (what = 0; what < 3; what++) { /* a number, no limit, no number */
+            R_(place)(ROLN_OF_Q, &seed, &x);
+            x.term[1].low = side ? NULL : x.low, x.term[1].high = side ? x.high : NULL;
+            x.low[1] = what == 2 ? (roln_real)NAN : what == 1 ? -(roln_real)INFINITY : -1;
+            x.high[1] = -x.low[1];
+            CHECK(R__(i_term_check)(x.term + 1, N) == (what == 2 ? ROLN_E_NOT_FINITE : ROLN_OK));
+        }
+    for (what = 0; what < 3; what++) {
+        R_(place)(ROLN_OF_Z, &seed, &x);
+        if (what == 2) x.term[1].low = NULL;
+        memset(&plan, 0, sizeof plan);
+        CHECK_OK(R__(plan_next)(&p, &x.goal, &s, &plan, &w));
+        if (what == 0) w.q[0] = (roln_real)NAN; /* no solution */
+        else w.s0[n2] = (roln_real)NAN;         /* one whose cost is no number */
+        CHECK(R__(i_plan_within)(&p, &x.goal, &plan, &gap, &w) != ROLN_OK);
+    }
+    tight.o.P[0] = -1; /* as rounding may leave it, but smaller */
+    CHECK(R__(i_tighten_of)(row, &tight) >= 0 && R__(i_tighten_of)(row, &tight) <= 0);
+}
+
 /* Statuses of plans with limits that make no sense, and of NAME_plan_tighten. */
 static void R_(refused)(void)
 {
@@ -379,9 +414,22 @@ static void R_(refused)(void)
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, -1, to, &tight) == ROLN_E_RANGE);
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, nan, to, &tight) == ROLN_E_RANGE);
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, inf, to, &tight) == ROLN_E_NOT_FINITE);
-    x.term[1].of = 4;
+    for (what = -1; what < 5; what += 5) {
+        x.term[1].of = what;
+        CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, 1, to, &tight) == ROLN_E_LENGTH);
+    }
+    x.term[1].of = ROLN_OF_Q, x.term[1].C = x.C, x.term[1].count = -1;
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, 1, to, &tight) == ROLN_E_LENGTH);
-    x.motors.count = 1;
+    x.term[1].C = NULL, none = plan;
+    none.s[H].z[0] = nan; /* where the last step ends */
+    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &none, x.term + 1, 1, to, &tight) == ROLN_E_NOT_FINITE);
+    x.goal.dt = 0;
+    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
+    x.goal.dt = x.limits.dt, x.motors.mu = -1;
+    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
+    x.motors.mu = 0, p.slope /= 2;
+    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_SHAPE);
+    p.slope *= 2, x.motors.count = 1;
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
     x.motors.count = m, e.lasts = 0;
     CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
@@ -402,6 +450,7 @@ static void R_(robust)(void)
         R_(tightened)(what);
     R_(keeps)(0), R_(keeps)(1);
     R_(reserved)(0), R_(reserved)(1);
+    R_(inside)();
     R_(refused)();
 }
 

@@ -148,6 +148,7 @@ static void test_follow_edges(void)
         follow(&x, 4, ROLN_C(0.25), 1);
         x.g.ticks = odd[i], x.g.since = x.g.alarms = (uint32_t)odd[i], x.g.sum = (roln_real)NAN;
         x.g.raised = i % 2 ? (roln_real)INFINITY : ROLN_C(-1e9);
+        CHECK(rolni_residual_limit(&x.l, &x.g) <= ROLN_C(1.01));
         for (t = 0; t < 9; t++)
             (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
         CHECK(x.g.ticks >= 0 && x.g.ticks < 4 && roln_finite(x.g.raised));

@@ -460,6 +460,7 @@ static void check_ridges(void)
     static const roln_real of_toe[4] = {ROLN_C(1.5), 1, ROLN_C(1.5), 1}, of_heel[3] = {2, 2, 2};
     static roln_real toe[toe_newton_size], heel[heel_newton_size], leg[leg_newton_size];
     const roln_lnn *f = &toe_model.lnn, *g = &heel_model.lnn;
+    roln_real top = 0;
     int i;
     toe_newton_ridge(ROLN_C(0.5), ROLN_C(1.5), toe), heel_newton_ridge(ROLN_C(0.5), 2, heel), leg_newton_ridge(1, 2, leg);
     check_ridge_of(&f->mass_net, 0, of_toe, toe);
@@ -469,6 +470,9 @@ static void check_ridges(void)
     check_ridge_of(&g->potential_net, 1, of_heel, heel + heel_ae_size + rolni_potential_at(g));
     for (i = 0; i < heel_ae_size; i++) CHECK(heel[i] <= 0 && heel[i] >= 0);
     for (i = 0; i < leg_newton_size; i++) CHECK(leg[i] <= 0 && leg[i] >= 0);
+    toe_newton_ridge(ROLN_C(0.5), ROLN_C(1e18), toe); /* no weight is too large for a number */
+    for (i = 0; i < toe_newton_size; i++) top = ROLN_MAX(top, toe[i]);
+    CHECK_NEAR((double)(top * ROLN_EPS * ROLN_EPS), 1, 4 * (double)ROLN_EPS);
 }
 
 /* The row of the scale is the derivative of its residual; with L and R times c and V times c^2, M and so its logarithm are those
@@ -495,7 +499,10 @@ static void check_ridges(void)
             for (i_ = name##_ae_size; i_ < name##_theta_size; i_++) p.theta[i_] *= ROLN_C(1.5); \
             CHECK_OK(name##_scale_row(&p, ROLN_C(0.5), 3, 3, &g)); \
             CHECK_NEAR((double)(g.r[3] - r), -6 * log(1.5), 40 * (double)ROLN_EPS); \
-            rolni_zero(name##_theta_size, p.theta), memset(g.r, 0, sizeof g.r); \
+            memset(g.r, 0, sizeof g.r); \
+            for (i_ = 0; i_ < name##_theta_size; i_++) p.theta[i_] = (roln_real)(sizeof(roln_real) > 4 ? 1e-161 : 1e-22); \
+            CHECK(name##_scale_row(&p, 0, 3, 3, &g) == ROLN_E_NOT_FINITE && g.r[3] <= 0 && g.r[3] >= 0); \
+            rolni_zero(name##_theta_size, p.theta); \
             CHECK(name##_scale_row(&p, 0, 3, 3, &g) == ROLN_E_NOT_FINITE && g.r[3] <= 0 && g.r[3] >= 0); \
         } \
     } while (0)
