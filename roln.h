@@ -6979,10 +6979,11 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
     const roln_real span = dt * ROLNI_AS(roln_real, b->steps);
     roln_status st = ROLN_OK;
     int h, i;
-    for (h = 0; h <= b->steps && st == ROLN_OK; h += b->steps) {
-        rolni_copy(ROLN_(N), b->q + rolni_sample(b, k, h) * N, w->x.q);
-        rolni_copy(ROLN_(N), b->qd + rolni_sample(b, k, h) * N, w->x.qd);
-        st = ROLN_(encode)(p, &w->x, h == 0 ? &w->s : &w->end, &w->u.encode);
+    for (i = 0; i < 2 && st == ROLN_OK; i++) { /* both ends */
+        const size_t at = rolni_sample(b, k, i * b->steps) * N;
+        rolni_copy(ROLN_(N), b->q + at, w->x.q);
+        rolni_copy(ROLN_(N), b->qd + at, w->x.qd);
+        st = ROLN_(encode)(p, &w->x, i == 0 ? &w->s : &w->end, &w->u.encode);
     }
     if (st != ROLN_OK) return st;
     *novelty = ROLNI_(novelty)(p, L, w->s.z, w->s.zd, w->t);
@@ -7050,10 +7051,11 @@ ROLN_FN roln_status ROLNI_(outlook_cost)(const ROLN_(params) *p, const roln_batc
     *cost = 0;
     for (k = 0; k < b->count; k++) {
         roln_status st = ROLN_OK;
-        for (h = 0; h <= b->steps && st == ROLN_OK; h += b->steps) {
-            rolni_copy(ROLN_(N), b->q + rolni_sample(b, k, h) * N, w->x.q);
-            rolni_copy(ROLN_(N), b->qd + rolni_sample(b, k, h) * N, w->x.qd);
-            st = ROLN_(encode)(p, &w->x, h == 0 ? &w->s : &w->end, &w->u.encode);
+        for (i = 0; i < 2 && st == ROLN_OK; i++) { /* both ends */
+            const size_t at = rolni_sample(b, k, i * b->steps) * N;
+            rolni_copy(ROLN_(N), b->q + at, w->x.q);
+            rolni_copy(ROLN_(N), b->qd + at, w->x.qd);
+            st = ROLN_(encode)(p, &w->x, i == 0 ? &w->s : &w->end, &w->u.encode);
         }
         memset(&w->o, 0, sizeof w->o);
         for (h = 0; h < b->steps && st == ROLN_OK; h++) {
@@ -7673,8 +7675,8 @@ ROLN_FN roln_real ROLN_(scale_of)(const ROLN_(params) *p)
     int from, i;
     const int count = ROLNI_(constants)(&from);
     roln_real sum = 0;
-    for (i = from; i < from + count; i++)
-        sum += ROLN_(cholesky) ? p->theta[i] * p->theta[i] : p->theta[i];
+    for (i = 0; i < count; i++)
+        sum += ROLN_(cholesky) ? p->theta[from + i] * p->theta[from + i] : p->theta[from + i];
     return ROLN_(cholesky) ? roln_log(sum / n) : sum / n;
 }
 
@@ -7692,8 +7694,8 @@ ROLN_FN roln_status ROLN_(scale_row)(const ROLN_(params) *p, roln_real hold, rol
     if (!roln_finite(scale) || !roln_finite(each)) return ROLN_E_NOT_FINITE;
     row = g->J + ROLNI_AS(size_t, at) * ROLN_(newton_size);
     rolni_zero(ROLN_(newton_size), row);
-    for (i = from; i < from + count; i++)
-        row[i - ROLN_(newton_from)] = weight * each * (ROLN_(cholesky) ? p->theta[i] : 1);
+    for (i = 0; i < count; i++)
+        row[from - ROLN_(newton_from) + i] = weight * each * (ROLN_(cholesky) ? p->theta[from + i] : 1);
     g->r[at] = weight * (hold - scale);
     return ROLN_OK;
 }

@@ -2520,7 +2520,7 @@ ROLN_FN void rolni_next_powers(int n, rolni_powers *t)
 {
     unsigned char *const a = t->power;
     int i = 0, left;
-    while (a[i] == 0)
+    while (i < n - 1 && a[i] == 0)
         i++;
     left = i == n - 1 ? ++t->degree : a[i] - 1; /* behind the last one of a degree the first one of the next */
     if (i < n - 1) a[i + 1]++;

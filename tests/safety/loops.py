@@ -93,6 +93,12 @@ BOUNDED = {
     "rolni_write_need": [
         ("; said > 1 && value[said - 1] == 0;", "said falls by one"),
     ],
+    "rolni_next_powers": [
+        ("i < n - 1 && a[i] == 0", "i rises by one"),
+    ],
+    "NAME_evidence_add": [
+        ("k = 0; k < b->count; k++", "the count that the body changes is that of e"),
+    ],
     "NAME_errors": [
         ("from = 0; from < b->count; from += now", "now is ROLN_BLOCK, at least 1, or what is left"),
     ],
