@@ -373,6 +373,7 @@ static void T_(refusals)(void)
     CHECK(DOUBTED(fit_doubt)(&p, &still, ROLN_C(0.01), &e, &w.fit_doubt) == ROLN_E_LENGTH);
     CHECK(DOUBTED(fit_doubt)(&p, &b, 0, &e, &w.fit_doubt) == ROLN_E_RANGE);
     CHECK(DOUBTED(fit_outlook)(&p, &none, ROLN_C(0.01), &e, &ow) == ROLN_E_LENGTH);
+    CHECK(DOUBTED(fit_outlook)(&p, &still, ROLN_C(0.01), &e, &ow) == ROLN_E_LENGTH);
     CHECK(DOUBTED(fit_outlook)(&p, &b, (roln_real)NAN, &e, &ow) == ROLN_E_RANGE);
     CHECK(DOUBTED(doubt)(&other, &e, &s, &d, &tick.doubt) == ROLN_E_SHAPE);
     CHECK(DOUBTED(fit_doubt)(&other, &b, ROLN_C(0.01), &e, &w.fit_doubt) == ROLN_E_SHAPE);
@@ -432,10 +433,13 @@ static void T_(failures)(void)
     b.qd = qd;
     memset(e.always, 0, sizeof e.always); /* no deviation: no likelihood */
     CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
+    e.L[0] = (roln_real)(sizeof(roln_real) > 4 ? 1e-200 : 1e-30); /* a novelty that is too large for a number */
+    CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
     e = kept, e.L[0] = nan;
     CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
     CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE);
-    e = kept, e.always[n] = e.grows[n] = (roln_real)(sizeof(roln_real) > 4 ? 1.5e308 : 3e38), e.halves = 0; /* each is a number, both are none */
+    e = kept, e.halves = 0; /* each is a number, both are none */
+    e.always[n] = e.grows[n] = (roln_real)(sizeof(roln_real) > 4 ? 1.5e308 : 3e38);
     CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE);
     memset(&empty, 0, sizeof empty);
     p.zd_max[n - 1] = 0;

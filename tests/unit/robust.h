@@ -373,14 +373,50 @@ static void R_(inside)(void)
     CHECK(R__(i_tighten_of)(row, &tight) >= 0 && R__(i_tighten_of)(row, &tight) <= 0);
 }
 
-/* Statuses of plans with limits that make no sense, and of NAME_plan_tighten. */
+/* Statuses of NAME_plan_tighten. x: limits of z, and what belongs to them. */
+static void R_(tighten_refused)(R__(params) *p, R_(task) *x, const R__(plan) *plan, R__(evidence) *e)
+{
+    enum { m = R__(motors), H = R__(steps) };
+    const roln_real nan = (roln_real)NAN, inf = (roln_real)INFINITY;
+    static R__(plan) none;
+    static R__(plan_tighten_work) tight;
+    roln_real to[H * R__(N)];
+    int what;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, &none, x->term + 1, 1, to, &tight) == ROLN_E_LENGTH);
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, x->term + 1, -1, to, &tight) == ROLN_E_RANGE);
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, x->term + 1, nan, to, &tight) == ROLN_E_RANGE);
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, x->term + 1, inf, to, &tight) == ROLN_E_NOT_FINITE);
+    for (what = -1; what < 5; what += 5) {
+        x->term[1].of = what;
+        CHECK(R__(plan_tighten)(p, e, &x->goal, plan, x->term + 1, 1, to, &tight) == ROLN_E_LENGTH);
+    }
+    x->term[1].of = ROLN_OF_Q, x->term[1].C = x->C, x->term[1].count = -1;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, x->term + 1, 1, to, &tight) == ROLN_E_LENGTH);
+    x->term[1].C = NULL, none = *plan;
+    none.s[H].z[0] = nan; /* where the last step ends */
+    CHECK(R__(plan_tighten)(p, e, &x->goal, &none, x->term + 1, 1, to, &tight) == ROLN_E_NOT_FINITE);
+    x->goal.dt = 0;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
+    x->goal.dt = x->limits.dt, x->motors.mu = -1;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
+    x->motors.mu = 0, p->slope /= 2;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_SHAPE);
+    p->slope *= 2, x->motors.count = 1;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
+    x->motors.count = m, e->lasts = 0;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
+    e->lasts = 1, e->count = 0;
+    CHECK(R__(plan_tighten)(p, e, &x->goal, plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
+}
+
+/* Statuses of plans with limits that make no sense. */
 static void R_(refused)(void)
 {
     enum { n = R__(n), m = R__(motors), H = R__(steps) };
     const roln_real nan = (roln_real)NAN, inf = (roln_real)INFINITY;
     static R__(params) p;
     static R_(task) x;
-    static R__(plan) plan, none;
+    static R__(plan) plan;
     static R__(evidence) e;
     static R__(plan_next_work) w;
     static R__(plan_tighten_work) tight;
@@ -410,31 +446,7 @@ static void R_(refused)(void)
     CHECK_OK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, 0, to, &tight));
     for (what = 0; what < H * n; what++)
         CHECK(to[what] >= 0 && to[what] <= 0);
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &none, x.term + 1, 1, to, &tight) == ROLN_E_LENGTH);
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, -1, to, &tight) == ROLN_E_RANGE);
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, nan, to, &tight) == ROLN_E_RANGE);
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, inf, to, &tight) == ROLN_E_NOT_FINITE);
-    for (what = -1; what < 5; what += 5) {
-        x.term[1].of = what;
-        CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, 1, to, &tight) == ROLN_E_LENGTH);
-    }
-    x.term[1].of = ROLN_OF_Q, x.term[1].C = x.C, x.term[1].count = -1;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, x.term + 1, 1, to, &tight) == ROLN_E_LENGTH);
-    x.term[1].C = NULL, none = plan;
-    none.s[H].z[0] = nan; /* where the last step ends */
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &none, x.term + 1, 1, to, &tight) == ROLN_E_NOT_FINITE);
-    x.goal.dt = 0;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
-    x.goal.dt = x.limits.dt, x.motors.mu = -1;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
-    x.motors.mu = 0, p.slope /= 2;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_SHAPE);
-    p.slope *= 2, x.motors.count = 1;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_LENGTH);
-    x.motors.count = m, e.lasts = 0;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
-    e.lasts = 1, e.count = 0;
-    CHECK(R__(plan_tighten)(&p, &e, &x.goal, &plan, NULL, 1, to, &tight) == ROLN_E_RANGE);
+    R_(tighten_refused)(&p, &x, &plan, &e);
 }
 
 static void R_(robust)(void)

@@ -147,6 +147,8 @@ static void test_follow_edges(void)
         rolni_balance b = {2, 0};
         follow(&x, 4, ROLN_C(0.25), 1);
         x.g.ticks = odd[i], x.g.since = x.g.alarms = (uint32_t)odd[i], x.g.sum = (roln_real)NAN;
+        x.g.raised = ROLN_C(1e20);
+        CHECK(rolni_residual_limit(&x.l, &x.g) <= ROLN_C(7.39));
         x.g.raised = i % 2 ? (roln_real)INFINITY : ROLN_C(-1e9);
         CHECK(rolni_residual_limit(&x.l, &x.g) <= ROLN_C(1.01));
         for (t = 0; t < 9; t++)
