@@ -6506,7 +6506,7 @@ ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const
         for (k = 0; k < b->count; k++)
             for (h = 0; h <= b->steps; h++) {
                 roln_real x;
-                (void)ROLNI_(fit_tick)(p, b, open, k, h, NULL, w); /* as it was when *residual was found: ROLN_OK */
+                (void)ROLNI_(fit_tick)(p, b, open, k, h, NULL, w); /* ROLN_OK, as in the pass that found *residual */
                 x = (ROLN_ABS(w->guard.g.residual) - low) / wide * ROLNI_TAIL;
                 if (h == 0 || w->guard.g.ticks > 0 || !(x >= 0)) continue;
                 if (x < ROLNI_TAIL) w->parts[ROLNI_AS(int, x)]++;
