@@ -13,7 +13,9 @@
 # Trainings: networks begin with 16, 16, and that on all joints has a quarter of the budget. If more hinges may be angles, both
 # configs train for 15 % of the time, and the better one goes on. If the network on all joints has less than half of the error, it
 # goes on in place of fewer coordinates, and is OUT.*.
-# With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
+# Polynomials follow, if there are at most three coordinates, or four without angles; with seconds= in half of what is left. With
+# seconds= networks of 32, 32 follow if there is time for them, else what won goes on. Polynomials and networks of 32, 32 replace
+# those of 16, 16 if they are 10 % better.
 # Exit code: 0, the verdict is "useful for control" or "useful for prediction up to .. s"; 3, "not useful", there are weights;
 # 1, no weights. The last line says why. The rules of the verdict: docs/training.md, "Any MJCF".
 top=$(dirname "$0")/../..
@@ -47,7 +49,7 @@ if [ "$1" = table ]; then
     for out; do row "$out"; done
     exit
 fi
-[ $# -ge 3 ] || { sed -n '2,19s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -ge 3 ] || { sed -n '2,21s/^# \{0,1\}//p' "$0"; exit 1; }
 began=$(date +%s)
 model=$1 budget=$3 next=
 out=$("$top/build/record" --name "$2") || exit 1
@@ -59,7 +61,7 @@ for word; do # next=K is not for the recorder
 done
 name=$(basename "$out")
 try=$out.try
-mkdir -p "$try" || exit 1
+{ rm -rf "$try" && mkdir -p "$try"; } || exit 1
 rm -f "$out.learn"
 
 # seconds that are left of the budget: part $1 of 100 of them, but part $2 of 100 of the whole at least; steps= has no such end
@@ -114,11 +116,11 @@ train() {
     return $code
 }
 
-# a folder of its own for each config: place FOLDER HEADER [MLP]
+# a folder of its own for each config: place FOLDER HEADER [NAME [OPTIONS]], the options in place of ROLN_MLP
 place() {
     rm -rf "${try:?}/$1"
     mkdir -p "$try/$1"
-    sed "s/^#define ROLN_MLP .*/#define ROLN_MLP ${3:-16, 16}/" "$2" > "$try/$1/$(basename "${4:-$name}").h"
+    sed "s/^#define ROLN_MLP .*/#define ROLN_${4:-MLP 16, 16}/" "$2" > "$try/$1/${3:-$name}.h"
 }
 
 # the best typical E_q of the looks of a config up to step $2, of all without it
@@ -149,7 +151,7 @@ grep -v '^  ' "$out.log" > "$out.notes"
 : > "$out.full"
 if [ "$n" != "$N" ]; then
     echo "training ${name}_full, all $N joints: ${out}_full.log"
-    place full "${out}_full.h" '16, 16' "${name}_full"
+    place full "${out}_full.h" "${name}_full"
     began_training=$(date +%s)
     train "$try/full" "${name}_full" test="${out}_test.csv" "$(quarter_of_budget)"
     if [ $? -eq 1 ]; then tail -n 1 "$try/full/log" >> "$out.notes"; else
@@ -203,19 +205,33 @@ if [ "$n" != "$N" ] && better full "$won" 0.5; then
     won=full named=${name}_full n=$N start_step=0 spent=$spent_full
     timed || train "$try/full" "$named" test="${out}_test.csv" resume=1 "$budget"
 fi
-if timed; then
+# follow CONFIG WHAT OPTIONS PART: the config of what won trains with OPTIONS in place of its networks, in that part of what is left
+# of the budget. It replaces what won if it is 10 % better
+follow() {
+    echo "training $name, $2"
+    place "$1" "$try/$won/$named.h" "$named" "$3"
+    train "$try/$1" "$named" test="${out}_test.csv" "$(part_of_budget "$4")"
+    if [ $? -eq 1 ]; then tail -n 1 "$try/$1/log"; else
+        echo "networks of 16, 16: E_q $(typical "$won") %; $2: $(typical "$1") %"
+        if better "$1" "$won" 0.9; then won=$1; fi
+    fi > "$try/said"
+    tee -a "$out.notes" < "$try/said"
+}
+angles=$(grep -c '^#define ROLN_ANGLES' "$try/$won/$named.h")
+if [ "$n" -le $((4 - angles)) ] && { ! timed || [ "$(left 100)" -gt 15 ]; }; then
+    degrees=$([ "$angles" -gt 0 ] && echo 2, 3 || echo 4, 7)
+    follow polynomials "polynomials of degrees $degrees" "POLYNOMIALS $degrees\n#define ROLN_MASS squares, 6" 50
+fi
+if timed && [ "$won" != polynomials ]; then
     # a step of networks of 32, 32 takes about eight times as long
     can=$(awk -v s="$spent" -v k="$(($(steps_of "$won") - start_step))" -v t="$(left 80)" \
         'BEGIN { print (k > 0 && s > 0 ? int(t / (8 * s / k)) : t > 60 ? 100 : 0) }')
     if [ "$can" -ge 100 ] || { [ "$can" -ge 50 ] && by_itself "$won"; }; then
-        echo "training $name, networks of 32, 32"
-        place wide "$try/$won/$named.h" '32, 32' "$named"
-        train "$try/wide" "$named" test="${out}_test.csv" "$(part_of_budget 95)"
-        echo "networks of 16, 16: E_q $(typical "$won") %; of 32, 32: $(typical wide) %" | tee -a "$out.notes"
-        if better wide "$won" 0.9; then won=wide; fi
-    elif ! by_itself "$won" && [ "$(left 100)" -gt 15 ]; then
-        train "$try/$won" "$named" test="${out}_test.csv" resume=1 "$(part_of_budget 95)"
+        follow wide 'networks of 32, 32' 'MLP 32, 32' 95
     fi
+fi
+if timed && [ ! -d "$try/wide" ] && ! by_itself "$won" && [ "$(left 100)" -gt 15 ]; then
+    train "$try/$won" "$named" test="${out}_test.csv" resume=1 "$(part_of_budget 95)"
 fi
 
 # the model that won; weights of an earlier training stay as .old, unless those that are .old already are better
@@ -279,7 +295,8 @@ case $verdict in not*) code=3 ;; esac
             printf "%5s %9s %11s %8s %8s\n", $1, constant[$1], $1 in full ? full[$1] : "-", short($2), short($5) }' \
         "${out}_constant.csv" "$out.full" "$out.own"
     [ -z "$torques" ] || echo "torques of held-out samples are off by $torques % of their rms"
-    echo "networks of $(sed -n 's/^#define ROLN_MLP //p' "$out.h"), $(steps_of "$won") steps, $(($(date +%s) - began)) s in all"
+    sed -n 's/^#define ROLN_MLP /networks of /p; s/^#define ROLN_POLYNOMIALS /polynomials of degrees /p' "$out.h" |
+        sed "s/$/, $(steps_of "$won") steps, $(($(date +%s) - began)) s in all/"
     sed -n 's/^/note /; 2,$p' "$out.notes"
     awk '$3 > 0 && $1 > 900 && $1 < 1100 { print "note " $3 " of " $4 " roll-outs of 1 s failed" }' "$out.own"
     [ -z "$why" ] || echo "note the trainer: no trained model: $why"

@@ -269,6 +269,8 @@ e=3
 grep -q 'ANGLES' $place/*.h && e=2.5
 grep -q '_full' $place/*.h && e=${FULL:-3}
 grep -q 'MLP 32, 32' $place/*.h && e=$WIDE
+grep -q 'POLYNOMIALS' $place/*.h && e=${POLYNOMIALS:-3}
+case \$e in none) echo 'nothing was learned'; exit 1 ;; esac
 echo "      0  E_q(24 ms)   1.0 %  E_q(1 s)  9 +- 1 %, typical 9.000 %  residual 1"
 echo "    400  E_q(24 ms)   0.1 %  E_q(1 s)  \$e +- 1 %, typical \$e %  residual 1"
 for f in .roln _weights.h .check; do echo \$e > \$out\$f; done
@@ -307,6 +309,24 @@ for FULL in 1.4 1.6; do # all joints are kept if they have less than half of the
     check "$FULL: its weights" grep -x "$([ $FULL = 1.4 ] && echo 1.4 || echo 3)" $dir/learned/grown_weights.h
 done
 unset FULL
+# polynomials: MACHINE DEGREES, and whether they are kept: by their error, and if they cannot be trained
+polynomials() {
+    WIDE=2.6 ERROR=0.5 CC=$dir/cc sh tests/mujoco/learn.sh "$1" $dir/learned/grown seconds=100 $few > $dir/grown.log
+    check "polynomials $POLYNOMIALS: config" grep -x "#define $3" $dir/learned/grown.h
+    check "polynomials $POLYNOMIALS: note" grep "^note $4" $dir/learned/grown.learn
+    check "polynomials $POLYNOMIALS: $2" grep "^$2, 400 steps" $dir/learned/grown.learn
+}
+for POLYNOMIALS in 2.2 2.3 none; do
+    export POLYNOMIALS
+    case $POLYNOMIALS in
+    2.2) polynomials $machines/planar3.xml 'polynomials of degrees 2, 3' 'ROLN_MASS squares, 6' \
+        'networks of 16, 16: E_q 2.5 %; polynomials of degrees 2, 3: 2.2 %$' ;;
+    2.3) polynomials $machines/planar3.xml 'networks of 16, 16' 'ROLN_MLP 16, 16' \
+        'networks of 16, 16: E_q 2.5 %; polynomials of degrees 2, 3: 2.3 %$' ;;
+    none) polynomials $machines/fivebar.xml 'networks of 32, 32' 'ROLN_MLP 32, 32' 'grown was not trained: nothing was learned$' ;;
+    esac
+done
+unset POLYNOMIALS
 # chosen WORDS CODE NEXT: make learn whose first model chooses two recordings more, or cannot choose them
 chosen() {
     NEXT=$dir/two.csv WIDE=2 ERROR=0.5 CC=$dir/cc sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/chosen \
