@@ -449,7 +449,7 @@ ROLN_FN roln_real rolni_novelty(int m, const roln_real *L, roln_real *t)
 {
     int i;
     for (i = 0; i < m; L += ++i)
-        t[i] = (t[i] - roln_dot(i, L, t)) / L[i];
+        t[i] = roln_finite(L[i]) ? (t[i] - roln_dot(i, L, t)) / L[i] : L[i] - L[i]; /* infinite: NaN */
     return roln_dot(m, t, t) / ROLNI_AS(roln_real, m);
 }
 
@@ -3959,7 +3959,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* stored twice: a flipped bit does not restart the motors */
     if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
     faults |= ROLNI_(faults)(p, limits, seen, want, tau, x);
-    if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
+    if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE | ROLN_FAULT_MANIFOLD))) {
         /* at the end of the last tick, under its torque */
         const roln_real before = b ? ROLNI_(power)(p, motors, ROLNI_ACTING(guard), seen->x, x) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
@@ -5274,7 +5274,10 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
     rolni_innovation in = {0, 0, 0};
     uint32_t faults = 0;
     int i, measured = 0;
-    if (ROLN_(params_mismatch)(p)) return ROLN_FAULT_STATUS;
+    if (ROLN_(params_mismatch)(p)) {
+        filter->faults |= ROLN_FAULT_STATUS;
+        return ROLN_FAULT_STATUS;
+    }
     if (!rolni_noise_valid(N, noise) || (load && (!roln_finite(noise->load) || !(noise->load >= 0)))) {
         filter->faults |= ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
         return ROLN_FAULT_INPUT | ROLN_FILTER_NONE; /* the last estimate grows old */
@@ -5449,7 +5452,10 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
     uint32_t faults = 0;
     const roln_real set[3] = {g->dt, g->gate, g->settle};
     int i, measured = 0, valid = roln_all_finite(3, set) && g->dt > 0 && g->gate >= 0 && g->settle >= 0 && g->lost >= 0;
-    if (ROLN_(params_mismatch)(p)) return ROLN_FAULT_STATUS;
+    if (ROLN_(params_mismatch)(p)) {
+        filter->faults |= ROLN_FAULT_STATUS;
+        return ROLN_FAULT_STATUS;
+    }
     for (i = 0; i < N; i++)
         valid &= g->q[i] > 0 && g->e[i] > 0;
     if (!valid) {
@@ -6069,7 +6075,7 @@ ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
    because a joint that is held has none. The first plan starts from hold, and so does one after a failure. Angles of a plan go on
    from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi]. ROLN_OK:
    *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no new one:
-   the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it is.
+   the last one has become a step older, or, at its end, is no longer known. ROLN_E_SHAPE: parameters that do not match;
    ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
    seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
    solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
@@ -6085,9 +6091,8 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
     roln_plan *const made = &plan->plan;
     roln_status st;
     roln_real cost = 0, gap = 0;
-    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (made->age < 0 || made->age >= steps || !roln_all_finite(motors, plan->u + made->age * motors)) made->valid = made->age = 0;
-    st = ROLNI_(goal_check)(goal, w->Q);
+    st = ROLN_(params_mismatch)(p) ? ROLN_E_SHAPE : ROLNI_(goal_check)(goal, w->Q);
     if (st == ROLN_OK && !roln_all_finite(n2, ROLNI_(numbers)(s))) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) {
         rolni_copy(n2, ROLNI_(numbers)(s), w->s0);
@@ -6999,7 +7004,7 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
         const roln_real large = w->error[i] * ROLN_C(1e5);
         if (st == ROLN_OK && !roln_finite(large * large)) st = ROLN_E_NOT_FINITE;
     }
-    if (st == ROLN_OK && !(*novelty > 0 && roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
+    if (st == ROLN_OK && (!(*novelty > 0) || !roln_finite(*novelty))) st = ROLN_E_NOT_FINITE;
     return st;
 }
 

@@ -37,14 +37,15 @@ typedef struct {
 } controller;
 
 /* Angles and velocities from what the encoders count, and the torques that were held since they did so before. Nonzero: there is an
-   estimate to act on, in c->filter.s and c->x. The bit ROLN_FILTER_START does not count here: a filter that starts has an estimate,
-   at rest, and its first tick always has this bit. */
+   estimate to act on, in c->filter.s and c->x. A filter that starts has an estimate, at rest, which counts the first time. One that
+   starts again has lost its estimate, or has left out a joint in six ticks in a row: an encoder may have slipped. There is then no
+   estimate to act on until somebody has found the cause and zeroes c->filter. */
 static int observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
 {
     for (int i = 0; i < arm_N; i++)
         c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     c->seen = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
-    return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 &&
+    return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 && c->filter.f.starts < 2 &&
            arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) == ROLN_OK;
 }
 

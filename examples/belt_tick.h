@@ -46,7 +46,8 @@ static void controller_start(controller *c)
 
 /* One tick, 1 kHz: counts of the encoders in, and the reference of the time at which the torque will act; c->guard.tau to the
    motors whatever happens. Returns the faults of the guard; those of the filter are in c->seen. A filter that starts has an
-   estimate, at rest, so the tick goes on with ROLN_FILTER_START. */
+   estimate, at rest, so the tick goes on with ROLN_FILTER_START, but only the first time: one that starts again may have believed
+   an encoder that slipped. */
 static uint32_t controller_tick(controller *c, const int count[belt_N], const roln_real q[belt_N], const roln_real qd[belt_N],
                                 const roln_real qdd[belt_N])
 {
@@ -54,7 +55,7 @@ static uint32_t controller_tick(controller *c, const int count[belt_N], const ro
     for (int i = 0; i < belt_N; i++)
         y[i] = (roln_real)count[i] * (TURN / STEPS);
     c->seen = belt_filter_tick(&belt_weights, &c->noise, y, tau, &c->filter, &c->filterwork);
-    if ((c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) ||
+    if ((c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) || c->filter.f.starts > 1 ||
         belt_decode(&belt_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK ||
         belt_encode_reference(&belt_weights, q, qd, qdd, &c->target, &c->work.encode_reference) != ROLN_OK ||
         belt_gains(&belt_weights, &c->filter.s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)

@@ -48,7 +48,8 @@ static uint32_t planner_tick(planner *p, const int count[2])
     const roln_real y[2] = {(roln_real)count[0] * (2 * PI / STEPS), (roln_real)count[1] * (2 * PI / STEPS)};
     const roln_real tau[2] = {p->guard.tau[0], 0};
     const uint32_t bits = furuta_filter_tick(&furuta_weights, &noise, y, tau, &p->filter, &p->filterwork);
-    const int known = !(bits & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS));
+    /* one that starts again may have believed an encoder that slipped */
+    const int known = !(bits & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) && p->filter.f.starts < 2;
     const furuta_latent *s = known ? &p->filter.s : NULL;
     furuta_state x;
     roln_real u = 0;

@@ -15,7 +15,7 @@ printf '%-7s %-9s %8s %8s %8s %8s   E_q %% on clean test trajectories\n' noise s
 for row in 0,0 0.01,0 0.01,15 0.05,25; do
     noise=${row%,*} smooth=${row#*,}
     log=$dir/$noise-$smooth.log
-    grep -q '^ 2000' "$log" 2> /dev/null || # done in an earlier call
+    grep -q '_test.csv$' "$log" 2> /dev/null || # done in an earlier call
         $dir/train $dir/mild.csv test=$dir/pend16_test.csv out=$dir/run noise="$noise" smooth="$smooth" steps=180 \
             > "$log" 2>&1 || true # a training may refuse
     awk -v noise="$noise" -v smooth="$smooth" '

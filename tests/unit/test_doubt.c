@@ -162,6 +162,14 @@ static void test_ring(void)
     limits.novelty = -1;
     memset(&guard, 0, sizeof guard);
     CHECK(plain_guard_tick(&p, &limits, &x, &s, zero, &guard, &tick.guard_tick) & ROLN_FAULT_INPUT);
+    limits.novelty = ROLN_C(1e30);
+    for (i = 0; i < 2 * plain_terms; i++) { /* a damaged number of the evidence lets no state pass */
+        roln_real *const at = e.L + ROLN_TRI(i / 2) + i / 2, was = *at;
+        *at = i % 2 ? (roln_real)NAN : (roln_real)INFINITY;
+        memset(&guard, 0, sizeof guard);
+        CHECK(plain_guard_tick(&p, &limits, &x, &s, zero, &guard, &tick.guard_tick) & ROLN_FAULT_RANGE);
+        *at = was;
+    }
 }
 
 /* Variables of a state that is not in any range: novelty is NaN or infinite, and no limit lets it pass. */

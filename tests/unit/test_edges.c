@@ -812,7 +812,12 @@ static void test_plans(void)
         CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) == ROLN_E_LENGTH);
     }
     p.scale.q = 2;
-    CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE && wheel_plan_next(&p, &goal, &s, &plan, &work.plan_next) == ROLN_E_SHAPE);
+    CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE);
+    plan.plan.valid = 1, plan.plan.age = 0;
+    for (int i = 1; i <= wheel_steps; i++) { /* the plan grows old, and ends */
+        CHECK(wheel_plan_next(&p, &goal, &s, &plan, &work.plan_next) == ROLN_E_SHAPE);
+        CHECK(plan.plan.age == i % wheel_steps && plan.plan.valid == (i < wheel_steps));
+    }
 }
 
 void TEST_NAME(edges)(void)

@@ -837,6 +837,7 @@ static void test_plain(void)
     memcpy(&was, &f, sizeof f);
     p.slope /= 2;
     CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f, (void *)spare) == ROLN_FAULT_STATUS);
+    was.f.faults |= ROLN_FAULT_STATUS;
     CHECK(memcmp(&f, &was, sizeof f) == 0);
     b = record(PLAIN, &x, &s);
     CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, NULL, (void *)spare) == ROLN_E_SHAPE);

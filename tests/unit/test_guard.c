@@ -237,6 +237,10 @@ static void test_guard_manifold(int k)
             CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
             x.limits.q_tolerance = 0;
             CHECK(tick(k, &x) == 0);
+            x = start, x.limits.residual = ROLN_C(1e9); /* its energy is not known, neither here nor from here to the next tick */
+            CHECK(tick(k, &x) == 0 && x.g.valid == 1);
+            x.q[i] += ROLN_C(1.125) * s * off;
+            CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD && x.g.valid == 0);
             x = start, x.qd[i] += ROLN_C(2.25) * s * off;
             CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
             x.limits.qd_tolerance = 0;

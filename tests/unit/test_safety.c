@@ -281,6 +281,8 @@ static void call_filter(calls *c)
     was = o;
     CALL(arm_fit_noise(&p, &b, &o.noise, o.each, NULL, &train.fit_noise));
     c->faults[2] = arm_filter_tick(&p, &o.noise, y, NULL, &o.f, &filterwork);
+    CHECK(o.f.f.faults == c->faults[2]);
+    o.f.f.faults = 0;
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
 }
 

@@ -14,8 +14,10 @@ trainer() {
 run() {
     model=$1 name=$2 from=$3 test=$4
     shift 4
+    resume=$([ -f "$dir/$name.check" ] && echo 1 || echo 0)
     [ -s "$dir/$name.roln" ] ||
-        "$dir/train_$model" "$dir/$from.csv" test="$dir/$test.csv" out="$dir/$name" resume=1 "$@" >> "$dir/$name.log" 2>&1 ||
+        "$dir/train_$model" "$dir/$from.csv" test="$dir/$test.csv" out="$dir/$name" resume="$resume" "$@" \
+            >> "$dir/$name.log" 2>&1 ||
         [ $? -eq 3 ] # weights whose last line in the log says at which horizon they are no better than q + h qd
 }
 # recordings SYSTEM COUNT
