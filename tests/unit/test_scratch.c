@@ -89,7 +89,7 @@ static void use_tick(int k, const instance *m, const roln_real *x)
 {
     const int N = N_OF(k), n = n_OF(k);
     static const roln_motors damped = {.mu = 1};
-    roln_limits limits = {.dt = dt, .margin = 1, .residual = 100, .tau = 100, .hold = 1, .q_tolerance = 100, .qd_tolerance = 100,
+    roln_limits limits = {.dt = dt, .margin = 1, .residual = 100, .tau = 100, .hold = 1, .q_tolerance = 1e6f, .qd_tolerance = 1e6f,
                           .motors = m->of->md->inputs > 0 ? &damped : NULL, .evidence = all_known(), .novelty = ROLN_C(1e30)};
     const target_at target = {.z = x, .zd = x + n, .zdd = x + 2 * n, .kp = x + 3 * n, .kd = x + 4 * n};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
