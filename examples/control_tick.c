@@ -53,7 +53,7 @@ static roln_status control_start(const roln_real q[N])
 /* After ROLN_FAULT_EXPIRED the torque is 0 until somebody who has looked at the machine says that it may move again. */
 static void control_arm(void)
 {
-    memset(&ctl.guard, 0, sizeof ctl.guard);
+    memset(&ctl.guard.g, 0, sizeof ctl.guard.g);
 }
 
 /* What a timer interrupt calls: x measured, motor out whatever happens. z = rho(q), zd = D(q) qd; PD+ on M, C, g;

@@ -309,7 +309,7 @@ for FULL in 1.4 1.6; do # all joints are kept if they have less than half of the
     check "$FULL: its weights" grep -x "$([ $FULL = 1.4 ] && echo 1.4 || echo 3)" $dir/learned/grown_weights.h
 done
 unset FULL
-# polynomials: MACHINE DEGREES, and whether they are kept: by their error, and if they cannot be trained
+# polynomials MACHINE WON OPTION NOTE: kept by their error, which is POLYNOMIALS, or not; none: they cannot be trained
 polynomials() {
     WIDE=2.6 ERROR=0.5 CC=$dir/cc sh tests/mujoco/learn.sh "$1" $dir/learned/grown seconds=100 $few > $dir/grown.log
     check "polynomials $POLYNOMIALS: config" grep -x "#define $3" $dir/learned/grown.h
