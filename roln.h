@@ -5385,7 +5385,7 @@ ROLN_FN roln_status ROLNI_(observer_correct)(const ROLN_(params) *p, const ROLN_
     ROLNI_(observer_move)(p, g, age, w->b, w->s, w->d);
     for (i = 0; i < n; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
-    return roln_all_finite(2 * n, w->s) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    return roln_all_finite(2 * n, w->s) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* At the pose y, at rest; joints that were not measured as in z [n], NULL: none may be missing. */

@@ -76,6 +76,27 @@
 #define ROLN_PLAN 3, 1
 #include "fuzz_model.h"
 
+#define MODEL late /* torques that act two ticks later, joints that stick */
+#define ROLN_AE 2
+#define ROLN_MLP 3
+#define ROLN_FRICTION 1
+#define ROLN_STICTION 1
+#define ROLN_DELAY 2
+#define ROLN_PLAN 3, 2
+#include "fuzz_model.h"
+
+#define MODEL servos /* that follow positions */
+#define ROLN_AE 3
+#define ROLN_MLP 3
+#define ROLN_ACTUATOR servo
+#include "fuzz_model.h"
+
+#define MODEL led /* the motion of the last joint is prescribed */
+#define ROLN_AE 3
+#define ROLN_MLP 3
+#define ROLN_DRIVEN 1
+#include "fuzz_model.h"
+
 #ifndef ROLN_DOUBLE
 #define MODEL bytes
 #define SIBLING plain
@@ -100,7 +121,8 @@ typedef struct {
     void (*call)(unsigned byte);
 } model;
 #define OF(name) {name##_start_of, name##_call}
-static const model models[] = {OF(plain), OF(bare), OF(rich), OF(delan), OF(chart), OF(curved), OF(wheel), OF(pole),
+static const model models[] = {OF(plain), OF(bare), OF(rich), OF(delan), OF(chart), OF(curved),
+                               OF(wheel), OF(pole), OF(late), OF(servos), OF(led),
 #ifndef ROLN_DOUBLE
                                OF(bytes), OF(halves)
 #endif

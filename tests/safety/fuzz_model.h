@@ -48,7 +48,9 @@ static struct {
     roln_limits l;
     roln_motors motors;
     roln_real tau[M(N)], rate[M(N)], safe[M(N)], B[M(N) * M(N)];
+    M(evidence) known;
 } M(lim);
+static M(observer) M(ob);
 #ifdef HAS_PLAN
 static M(plan) M(pl);
 #endif
@@ -246,6 +248,19 @@ static void M(call_small)(int which)
 
 /* ---- control ---- */
 
+/* Evidence whose novelty is a number, or any. */
+static void M(known_of)(void)
+{
+    M(evidence) *e = &M(lim).known;
+    const int any = !fuzz_below(4);
+    for (int i = 0, k = 0; i < M(terms); k += ++i) {
+        fuzz_reals(i + 1, e->L + k);
+        if (!any) e->L[k + i] = 1;
+    }
+    e->count = fuzz_below(4) ? 10 : fuzz_real(), e->halves = fuzz_below(8) - 1;
+    fuzz_positives(2 * M(n), e->always), fuzz_positives(2 * M(n), e->grows), e->lasts = fuzz_positive();
+}
+
 static void M(limits_of)(void)
 {
     const int any = fuzz_below(16), count = 1 + fuzz_below(M(N));
@@ -263,6 +278,9 @@ static void M(limits_of)(void)
     M(lim).motors.mu = fuzz_below(4) ? ROLN_C(0.01) : fuzz_real();
     M(lim).motors.count = fuzz_below(16) ? count : M(N) + 1 - 2 * count, M(lim).motors.B = M(inputs) > 0 ? NULL : M(lim).B;
     l->motors = fuzz_below(4) ? NULL : &M(lim).motors;
+    l->false_alarms = fuzz_below(4) ? 0 : fuzz_below(4) ? ROLN_C(0.01) : fuzz_real();
+    l->novelty = fuzz_below(4) ? ROLN_C(1e6) : fuzz_real(), l->evidence = fuzz_below(4) ? NULL : M(lim).known.L;
+    if (!fuzz_below(8)) M(known_of)();
 }
 
 /* The torques of a guard behind a tick, `was` before it: finite, and within the limits or 0; held, safe, or changed at the rate. */
@@ -279,6 +297,8 @@ static void M(claim_guard)(uint32_t faults, const M(guard) *was)
     CLAIM(good || !(faults & ROLN_CLIPPED));
     CLAIM(good || (was->g.bad >= 0 && was->g.bad < l->hold) || (faults & ROLN_FAULT_EXPIRED));
     CLAIM(counted || (faults & ROLN_FAULT_INPUT));
+    CLAIM(!good || l->false_alarms == 0 || (l->false_alarms > 0 && l->false_alarms < 1 && l->residual > 0));
+    CLAIM(!good || !l->evidence || l->novelty >= 0);
     for (i = 0; i < nu; i++) {
         const roln_real top = !l->tau_each ? l->tau : counted ? l->tau_each[i] : 0, rate = l->rate_each ? l->rate_each[i] : l->rate;
         const roln_real tau = M(g).tau[i], at = was->tau[i], last = roln_finite(at) && ROLN_ABS(at) <= top ? at : 0;
@@ -347,6 +367,8 @@ static void M(call_given)(int which)
     else if (which == 3) {
         fuzz_reals(M(nu), M(g).tau), M(g).g.energy = fuzz_real(), M(g).g.power = fuzz_real(), M(g).g.residual = fuzz_real();
         M(g).g.bad = fuzz_below(8) - 2, M(g).g.valid = fuzz_below(2), M(g).g.faults = (uint32_t)fuzz_below(1024);
+        M(g).g.sum = fuzz_real(), M(g).g.raised = fuzz_real(), M(g).g.ticks = fuzz_below(8) - 1;
+        M(g).g.since = (uint32_t)fuzz_below(8) - 1, M(g).g.alarms = (uint32_t)fuzz_below(8) - 1;
     }
     else if (which == 4) memset(&M(g), 0, sizeof M(g));
     else M(limits_of)();
@@ -410,10 +432,45 @@ static void M(call_filter)(int which)
     faults = M(filter_tick)(&M(p), &noise, fuzz_below(8) ? y : NULL, fuzz_below(4) ? tau : NULL, &M(f), &work);
     CLAIM(roln_all_finite(M(side2), M(f).s.z) && roln_all_finite(M(side) * M(side), M(f).F) && roln_finite(M(f).f.nis));
     CLAIM((faults & ROLN_FAULT_STATUS) || !M(params_mismatch)(&M(p)));
+    CLAIM((M(f).f.faults & faults) == faults);
     CLAIM(!(faults & ROLN_FILTER_START) || (M(f).f.valid && M(f).f.starts > 0));
 #ifdef HAS_LOAD
     CLAIM(roln_all_finite(M(n), M(f).load));
 #endif
+}
+
+static void M(call_observer)(int which)
+{
+    static M(observer_tick_work) work;
+    static M(observer_gains) gains;
+    roln_real y[M(N)], tau[M(N)];
+    uint32_t faults;
+    int i;
+    if (which == 1) memset(&M(ob), 0, sizeof M(ob));
+    fuzz_reals(M(N), y), fuzz_reals(M(N), tau), fuzz_positives(M(N), gains.q), fuzz_positives(M(N), gains.e);
+    gains.dt = fuzz_below(8) ? ROLN_C(0.01) : fuzz_positive(), gains.gate = fuzz_below(2) ? 0 : fuzz_positive();
+    gains.lost = fuzz_below(3), gains.settle = fuzz_below(2) ? 20 : fuzz_positive();
+    fuzz_reals(M(centres) * M(n), gains.z[0]), fuzz_reals(4 * M(centres) * M(n) * M(n), gains.P[0][0]);
+    for (i = 0; i < M(N); i++)
+        if (!fuzz_below(8)) y[i] = (roln_real)NAN;
+    FUZZ_SPOIL(&work, sizeof work);
+    fuzz_call();
+    faults = M(observer_tick)(&M(p), &gains, fuzz_below(8) ? y : NULL, fuzz_below(4) ? tau : NULL, &M(ob), &work);
+    CLAIM(roln_all_finite(M(side2), M(ob).s.z) && roln_finite(M(ob).f.nis));
+    CLAIM((faults & ROLN_FAULT_STATUS) || !M(params_mismatch)(&M(p)));
+    CLAIM((M(ob).f.faults & faults) == faults);
+    CLAIM(!(faults & ROLN_FILTER_START) || (M(ob).f.valid && M(ob).f.starts > 0));
+}
+
+static void M(call_doubt)(void)
+{
+    static M(doubt_work) work;
+    M(doubts) d;
+    memset(&d, 0, sizeof d);
+    if (fuzz_below(2)) M(known_of)();
+    FUZZ_SPOIL(&work, sizeof work);
+    fuzz_keep(&d, sizeof d);
+    fuzz_judge(M(doubt)(&M(p), &M(lim).known, &M(s), &d, &work), &d, sizeof d);
 }
 
 #ifdef HAS_PLAN
@@ -692,7 +749,11 @@ static void M(call)(unsigned byte)
     case 7: M(call_control)(which % 3); break;
     case 8: M(call_small)(which % 2); break;
     case 9: M(call_lqr)(which % 2); break;
-    case 10: M(call_filter)(which == 0); break;
+    case 10:
+        if (which < 8) M(call_filter)(which == 0);
+        else if (which < 14) M(call_observer)(which == 8);
+        else M(call_doubt)();
+        break;
 #ifdef HAS_PLAN
     case 11: M(call_plan)(which % 4); break;
 #endif

@@ -318,6 +318,7 @@ static void T_(again)(const OBSERVED(params) *p, const OBSERVED(observer_gains) 
     enum { n = OBSERVED(n), N = OBSERVED(N) };
     static OBSERVED(observer_tick_work) w;
     static OBSERVED(params) other;
+    static OBSERVED(observer_gains) sure;
     const roln_real top = PICK(3e38f, 1e308);
     OBSERVED(observer) o, lost;
     roln_real y[N], z[n] = {0};
@@ -339,6 +340,8 @@ static void T_(again)(const OBSERVED(params) *p, const OBSERVED(observer_gains) 
     CHECK(OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START));
     o = lost, o.f.valid = 1, fill(n, 4, o.s.z), other = *p, *T_(unit)(&other) = top;
     CHECK((OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) & ROLN_FAULT_STATUS) != 0);
+    sure = *g, sure.gate = 0, sure.e[0] = PICK(1e-30f, 1e-300), y[0] += 1, o = lost, o.f.valid = 1; /* its nis would be infinite */
+    CHECK(OBSERVED(observer_tick)(p, &sure, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START) && all(1, &o.f.nis, 0));
 }
 
 /* Faults as those of the filter: start, gap, outliers, what is not finite, settings; the estimate stays finite. */
