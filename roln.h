@@ -405,7 +405,7 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 #define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin, or
                                      their novelty is beyond limits.novelty. */
 #define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual. */
-#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold bad ticks or alarms in a row: safe torques until the guard is zeroed. */
+#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold bad ticks or alarms in a row: safe torques until guard.g is zeroed. */
 #define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than q_tolerance or qd_tolerance from what the model can represent. */
 #define ROLN_CLIPPED 256u         /* A torque was clipped to a limit of torque or rate. This is no fault. */
 
@@ -1557,7 +1557,7 @@ ROLN_FN const char *roln_fault_text(uint32_t faults)
         "ROLN_FAULT_LIMIT: A torque is beyond a limit of torque or rate, and limits.strict is 1.",
         "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin, or beyond limits.novelty.",
         "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual.",
-        "ROLN_FAULT_EXPIRED: More than limits.hold bad ticks or alarms in a row: safe torques until the guard is zeroed.",
+        "ROLN_FAULT_EXPIRED: More than limits.hold bad ticks or alarms in a row: safe torques until guard.g is zeroed.",
         "ROLN_FAULT_MANIFOLD: q or qd is farther than q_tolerance or qd_tolerance from what the model can represent.",
         "ROLN_CLIPPED: A torque was clipped to a limit of torque or rate. This is no fault.",
         "ROLN_FILTER_MISSING: A joint was not measured.",
@@ -4027,17 +4027,17 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
    or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
    way to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of
    the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
-   (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until the guard is
-   zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
-   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder
-   that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
-   zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know. A
-   velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
-   limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
-   ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual is not known: one beyond the limit is
-   an alarm and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a row (rolni_alarm) expire the guard,
-   too. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares with them are the torques that act,
-   g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
+   (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until g->g is zeroed. A
+   last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of this
+   tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder that
+   failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power zd^T
+   (J^T tau - d) of its ends. ROLN_FAULT_MANIFOLD leaves it out, since z is then not the pose. It is of second order in dt and grows
+   with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder, say, lets it jump
+   by the energy of the jump over dt. limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th,
+   and a force that stays counts after w ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual
+   is not known: one beyond the limit is an alarm and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a
+   row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares
+   with them are the torques that act, g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {

@@ -868,11 +868,10 @@ static const char *adam_step(descent *a, int updates)
 
 /* What a checkpoint belongs to. */
 typedef struct {
-    uint64_t config, data, from, state; /* checksums */
+    uint64_t config, data, words, state; /* checksums; words: FROM .. IGNORE */
     double dt;
     size_t size;
     int samples, trajectories;
-    char method[8];
     double value[SETTINGS];
 } origin;
 
@@ -890,7 +889,6 @@ static origin origin_of(void)
     static unsigned char bytes[M(packed_size)];
     static M(params) none;
     static uint64_t data;
-    const char *from = words[FROM].value ? words[FROM].value : "";
     static const char *const may_change = "seconds steps threads resume next tick false_alarms";
     origin o;
     int i;
@@ -902,9 +900,12 @@ static origin origin_of(void)
         o.data = 3 * o.data + (uint64_t)d.first[i];
     o.data = 3 * o.data + (uint64_t)train;
     o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data ^= data ^ 7 * scattered.sum, o.dt = d.dt;
-    o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
+    o.words = ROLN_FNV;
+    for (i = FROM; i <= IGNORE; i++) {
+        const char *text = words[i].value ? words[i].value : "";
+        o.words = roln_fnv((int)strlen(text) + 1, (const unsigned char *)text, o.words);
+    }
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
-    snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
     for (i = 0; i < SETTINGS; i++)
         o.value[i] = strstr(may_change, settings[i].key) ? 0 : settings[i].value;
     return o;

@@ -7,11 +7,12 @@
    forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
    nothing: a Kalman filter of weights that are constant but unknown.
 
-   A turn begins with a window of motion, WINDOW ticks. Every HOLD_OUT-th window is held out: it is kept as a start and an end, and
-   never learned from. Each region of the motion has its EACH last ones. Every other window gives ROWS rows. If the weights in use
-   predict its end far worse than most held-out windows, its data are bad or the machine has changed, and it is not learned from.
-   Else these follow, each in a tick of its own: the sums, a step, the samples that test the step, the roll-out of each held-out
-   window with the new weights, and the save. A step that its samples refuse is taken again with more damping.
+   A turn begins with a window of motion, WINDOW ticks. Now and then a window is held out: it is kept as a start and an end, and
+   never learned from. Each region of the motion has its EACH last ones. They are so far apart in time that bad data of BAD_MOST
+   ticks are in fewer than half of them. Every other window gives ROWS rows. If the weights in use predict its end far worse than
+   most held-out windows, its data are bad or the machine has changed, and it is not learned from. Else these follow, each in a tick
+   of its own: the sums, a step, the samples that test the step, the roll-out of each held-out window with the new weights, and the
+   save. A step that its samples refuse is tried again with more damping, TRIES times in all.
 
    The new weights are taken if they predict the held-out windows no worse (held_out.h). Else the weights in use stay, and the rows
    still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
@@ -44,10 +45,11 @@ enum {
     N = chain_N, n = chain_n,
     WINDOW = 30, STEP_TICKS = 5,                  /* ticks of a window, of a step of its roll-out */
     EVERY = 2, ROWS = (WINDOW - 4) / EVERY + 1,   /* ticks between samples; samples of a turn */
-    JUDGES = 8,                                   /* of them */
+    JUDGES = 8, TRIES = 8,                        /* of them; steps of a turn, the last of which ends it */
     REGIONS = 4, EACH = 4, HELD = REGIONS * EACH, /* held-out windows */
-    LEAST = 8, HOLD_OUT = 4,                      /* learning begins with LEAST; then every HOLD_OUT-th window is held out */
-    OLD = 24000,                                  /* ticks after which a held-out window is not used any more */
+    LEAST = 8,                                    /* nothing is learned with fewer */
+    OLD = 24000,                                  /* ticks after which a held-out window is dropped */
+    BAD_MOST = 1600,                              /* bad data of so many ticks are in fewer than half of the held-out windows */
     REFUSALS = 100,                               /* turns refused in a row, after which learning begins anew */
     TICKS = 4000, REPORT = 1000,
     PUSH = 54,                                    /* ticks after which somebody moves the chain elsewhere */
@@ -55,7 +57,6 @@ enum {
 };
 #define TICK 0.005f  /* s */
 #define STIFF 3e-4f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
-#define GIVE_UP 0.1f /* lambda: a turn that no step fits is refused */
 
 static const float before[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f}; /* kg */
 static const float after[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.12f, 0.12f, 0.12f, 0.12f};
@@ -104,7 +105,7 @@ static void put_in(const float *x, float *networks)
 typedef struct {
     chain_latent start;
     float end[N], error; /* joints at the end; error of the roll-out with the weights in use, rad */
-    uint32_t tick;       /* of the end; 0: none */
+    uint32_t tick;       /* of the end; 0: no window */
 } window;
 
 /* All that a reset must not lose. */
@@ -114,7 +115,7 @@ typedef struct {
     chain_params model;              /* the weights in use, the last good ones */
     window held[HELD];               /* EACH of each region */
     float good;                      /* least median of their errors since learning began anew; 0: none yet */
-    uint32_t turns, begun, refusals; /* turns so far; in A; refused in a row */
+    uint32_t begun, refusals;        /* turns in A; refused in a row */
     uint32_t accepted, refused, left_out, anew; /* turns; changes of the machine */
     roln_newton state;
     float A[P * (P + 1)], older[P]; /* what samples of the turns before still ask for */
@@ -129,7 +130,7 @@ static memory copies[2] KEPT;
 typedef enum { SAMPLE, LOOK, SUMS, STEP, JUDGE, COMPARE, SAVE, PHASES } phases;
 static struct {
     phases phase;
-    int age, hold_out, rows, compared; /* age: ticks of the window so far */
+    int age, hold_out, rows, tries, compared; /* age: ticks of the window so far */
     window seen;
     float lambda, errors[HELD]; /* lambda before the turn; errors of the held-out windows with the weights `next` */
     float q[ROWS][N], qd[ROWS][N], qdd[ROWS][N];
@@ -183,13 +184,19 @@ static float roll(const chain_params *p, const window *w)
     return sum < HELD_FAILED ? ROLN_SQRT(sum / N) : HELD_FAILED;
 }
 
-/* Errors of the held-out windows that are not old, [HELD], those with the weights in use and, unless it is NULL, those of `next`.
-   Returns how many. */
+/* Ticks since it ended. */
+static uint32_t age_of(const memory *m, const window *w)
+{
+    return w->tick > 0 ? m->tick - w->tick : UINT32_MAX;
+}
+
+/* Errors of the held-out windows, [HELD], those with the weights in use and, unless it is NULL, those of `next`. Returns how
+   many. */
 static int errors_of(const memory *m, float *now, float *next)
 {
     int count = 0;
     for (int i = 0; i < HELD; i++) {
-        if (m->held[i].tick == 0 || m->tick - m->held[i].tick > OLD) continue;
+        if (m->held[i].tick == 0) continue;
         if (next) next[count] = turn.errors[i];
         now[count++] = m->held[i].error;
     }
@@ -217,14 +224,27 @@ static void refuse(memory *m)
     turn.phase = SAVE;
 }
 
+/* Drop the windows that are old. Is the next one held out? The first LEAST are. Later half of all take longer than BAD_MOST ticks.
+   Those count that are not old behind these ticks. */
+static int is_held_out(memory *m)
+{
+    uint32_t last = UINT32_MAX, count = 0;
+    for (int i = 0; i < HELD; i++) {
+        const uint32_t age = age_of(m, &m->held[i]);
+        if (age > OLD) m->held[i].tick = 0;
+        if (age < last) last = age;
+        count += age <= OLD - BAD_MOST;
+    }
+    return (m->good == 0 && count < LEAST) || last > (BAD_MOST + WINDOW) / ((count < LEAST ? LEAST : count) / 2 - 1);
+}
+
 /* x measured. A window that the chain was moved in, or with a number that is not finite, is dropped. */
 static void watch(memory *m, const chain_state *x)
 {
-    float now[HELD];
     if (m->samples == 0) turn.age = 0;
     if (turn.age == 0) {
         turn.rows = 0;
-        turn.hold_out = m->turns % HOLD_OUT == 0 || errors_of(m, now, NULL) < LEAST;
+        turn.hold_out = is_held_out(m);
         if (chain_encode(&m->model, x, &turn.seen.start, &scratch.work.encode) == ROLN_OK) turn.age = 1;
         return;
     }
@@ -245,7 +265,7 @@ static void hold_out(memory *m)
     window *region = m->held + EACH * ((turn.seen.start.z[0] > 0) + 2 * (turn.seen.start.z[1] > 0)), *oldest = region;
     float now[HELD];
     for (int i = 1; i < EACH; i++)
-        if (region[i].tick < oldest->tick) oldest = region + i;
+        if (age_of(m, region + i) > age_of(m, oldest)) oldest = region + i;
     *oldest = turn.seen;
     const int count = errors_of(m, now, NULL);
     const float median = held_median(count, now);
@@ -257,12 +277,12 @@ static void hold_out(memory *m)
 static void look(memory *m)
 {
     float now[HELD];
+    const int count = errors_of(m, now, NULL);
     turn.seen.tick = m->tick;
-    m->turns++;
     turn.seen.error = roll(&m->model, &turn.seen);
     turn.phase = SAVE;
     if (turn.hold_out) hold_out(m);
-    else if (held_near(turn.seen.error, errors_of(m, now, NULL), now)) turn.phase = SUMS;
+    else if (count >= LEAST && held_near(turn.seen.error, count, now)) turn.phase = SUMS;
     else m->left_out++;
 }
 
@@ -270,7 +290,7 @@ static void sums(memory *m)
 {
     float trace = 0;
     memcpy(turn.J + ROWS * P, m->older, sizeof m->older);
-    turn.lambda = m->state.lambda;
+    turn.lambda = m->state.lambda, turn.tries = 0;
     if (roln_newton_rows(1, table, &newton, ROWS, NULL, turn.J, turn.r, turn.weight, &m->state, scratch.sums) != ROLN_OK) {
         turn.phase = SAMPLE; /* not finite: another turn */
         return;
@@ -304,7 +324,7 @@ static void judge(memory *m)
     for (int k = 0; k < JUDGES; k++)
         (void)row(m, &turn.next, k, NULL, turn.there + k); /* where it fails: infinite */
     if (roln_newton_accept(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) turn.phase = COMPARE;
-    else if (m->state.lambda < GIVE_UP) turn.phase = STEP;
+    else if (++turn.tries < TRIES) turn.phase = STEP;
     else refuse(m);
 }
 

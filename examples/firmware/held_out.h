@@ -28,10 +28,10 @@ static float held_median(int count, const float *e)
     return sorted[(count - 1) / 2];
 }
 
-/* True if motion may be learned from whose roll-out with the weights in use has this error. False for NaN. */
+/* True if motion may be learned from whose roll-out with the weights in use has this error. False for NaN and HELD_FAILED. */
 static int held_near(float error, int count, const float *now)
 {
-    return error <= HELD_FAR * held_median(count, now);
+    return error < HELD_FAILED && error <= HELD_FAR * held_median(count, now);
 }
 
 /* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not

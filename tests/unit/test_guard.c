@@ -297,7 +297,7 @@ static void test_guard_counters(int k)
     }
 }
 
-/* A bad torque is held for exactly `hold` ticks; then it is too late until the guard is zeroed. */
+/* A bad torque is held for exactly `hold` ticks; then it is too late until guard.g is zeroed. */
 static void check_hold(int k, const rig *start, int hold)
 {
     const int F = F_OF(k);

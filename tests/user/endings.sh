@@ -36,6 +36,10 @@ for m in longer shorter; do
 done
 check 'another start than that of the checkpoint' \
     says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/whole.roln
+for word in start=random ignore=none sliders=1 method=adam; do
+    check "another $word than that of the checkpoint" \
+        says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/c.roln $word
+done
 mkdir $dir/steep
 sed 's/^#include/#define ROLN_SLOPE 0.5\n#include/' $dir/layers.h > $dir/steep/layers.h
 gcc -std=c99 -O1 -I. -I$dir/steep -DMODEL=layers examples/train.c -o $dir/steeper -lpthread -lm
