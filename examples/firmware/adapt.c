@@ -2,25 +2,26 @@
 /* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
-   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network
-   and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 7): a sample makes a row, is used in one step and
-   forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
-   nothing: a Kalman filter of weights that are constant but unknown.
+   learner sees q, qd of every tick, and whether somebody has moved the chain. It changes P weights, the output layers of the mass
+   and of the potential network and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 7): a sample makes a
+   row, is used in one step and forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the
+   weights where the samples say nothing: a Kalman filter of weights that are constant but unknown.
 
    A turn begins with a window of motion, WINDOW ticks. Now and then a window is held out: it is kept as a start and an end, and
-   never learned from. Each region of the motion has its EACH last ones. They are so far apart in time that bad data of BAD_MOST
-   ticks are in fewer than half of them. Every other window gives ROWS rows. If the weights in use predict its end far worse than
-   most held-out windows, its data are bad or the machine has changed, and it is not learned from. Else these follow, each in a tick
-   of its own: the sums, a step, the samples that test the step, the roll-out of each held-out window with the new weights, and the
-   save. A step that its samples refuse is tried again with more damping, TRIES times in all.
+   never learned from. Each region of the motion has its EACH last ones. The first must be of good data, until there are LEAST.
+   Nothing is decided while BAD_MOST ticks of bad data could be in half of the later ones. Every other window gives ROWS rows. If
+   the weights in use predict its end far worse than most held-out windows, its data are bad or the machine has changed, and it is
+   not learned from. Else these follow, each in a tick of its own: the sums, a step, the samples that test the step, the roll-out
+   of each held-out window with the new weights, and the save. A step that its samples refuse is tried again with more damping,
+   TRIES times in all.
 
    The new weights are taken if they predict the held-out windows no worse (held_out.h). Else the weights in use stay, and the rows
    still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
    changed, and learning begins with empty sums; so it does after REFUSALS in a row. The weights in use are the last good ones.
 
-   All that a turn changes is saved at its end. After a reset or a power cut the program goes on from the last save, so that at most
-   a turn is done again; what it learned is the same to the last bit, however often it was reset. (Here the machine waits, too: its
-   state is saved. A real one moves on, and the samples of a turn are lost.)
+   All that a turn changes is saved at its end. After a reset or a power cut the program goes on from the last save, so that what
+   followed it is done again, at most a turn unless windows were dropped; what it learned is the same to the last bit, however
+   often it was reset. (Here the machine waits, too: its state is saved. A real one moves on, and the samples of a turn are lost.)
 
    Prints errors after 250 ms and after 1 s, relative to the motion: those of the trained model along the motion of the chain as it
    was, then those of the adapting model along the motion of the heavier one; and a hash of all that was learned. Errors are
@@ -45,11 +46,11 @@ enum {
     N = chain_N, n = chain_n,
     WINDOW = 30, STEP_TICKS = 5,                  /* ticks of a window, of a step of its roll-out */
     EVERY = 2, ROWS = (WINDOW - 4) / EVERY + 1,   /* ticks between samples; samples of a turn */
-    JUDGES = 8, TRIES = 8,                        /* of them; steps of a turn, the last of which ends it */
+    JUDGES = 8, TRIES = 8,                        /* samples that test a step; steps that a turn tries */
     REGIONS = 4, EACH = 4, HELD = REGIONS * EACH, /* held-out windows */
     LEAST = 8,                                    /* nothing is learned with fewer */
     OLD = 24000,                                  /* ticks after which a held-out window is dropped */
-    BAD_MOST = 1600,                              /* bad data of so many ticks are in fewer than half of the held-out windows */
+    BAD_MOST = 1600, SPAN = BAD_MOST + WINDOW,    /* ticks of bad data that decide nothing; their windows end within SPAN */
     REFUSALS = 100,                               /* turns refused in a row, after which learning begins anew */
     TICKS = 4000, REPORT = 1000,
     PUSH = 54,                                    /* ticks after which somebody moves the chain elsewhere */
@@ -105,7 +106,7 @@ static void put_in(const float *x, float *networks)
 typedef struct {
     chain_latent start;
     float end[N], error; /* joints at the end; error of the roll-out with the weights in use, rad */
-    uint32_t tick;       /* of the end; 0: no window */
+    uint32_t tick, sure; /* of the end, 0: no window; 1: one of the first */
 } window;
 
 /* All that a reset must not lose. */
@@ -115,10 +116,11 @@ typedef struct {
     chain_params model;              /* the weights in use, the last good ones */
     window held[HELD];               /* EACH of each region */
     float good;                      /* least median of their errors since learning began anew; 0: none yet */
+    uint32_t full;                   /* 1: there have been LEAST held-out windows */
     uint32_t begun, refusals;        /* turns in A; refused in a row */
     uint32_t accepted, refused, left_out, anew; /* turns; changes of the machine */
     roln_newton state;
-    float A[P * (P + 1)], older[P]; /* what samples of the turns before still ask for */
+    float A[P * (P + 1)], older[P]; /* the J^T r of earlier turns that no step has used yet, faded as A */
     chain_state last[4];            /* of the ticks before, the newest first */
     rods machine;
 } memory;
@@ -216,6 +218,8 @@ static void begin_anew(memory *m)
 static void refuse(memory *m)
 {
     for (int i = 0; i < P; i++)
+        m->older[i] *= 1 - 1 / newton.memory;
+    for (int i = 0; i < P; i++)
         for (int k = 0; k < ROWS; k++)
             m->older[i] += turn.J[k * P + i] * turn.r[k];
     roln_newton_give_up(turn.lambda, &m->state);
@@ -224,24 +228,39 @@ static void refuse(memory *m)
     turn.phase = SAVE;
 }
 
-/* Drop the windows that are old. Is the next one held out? The first LEAST are. Later half of all take longer than BAD_MOST ticks.
-   Those count that are not old behind these ticks. */
+/* Drops the windows that are old. Nonzero: the next one is to be held out, as each one at first. Later, of c windows, LEAST at
+   least, fewer than half end within SPAN. */
 static int is_held_out(memory *m)
 {
     uint32_t last = UINT32_MAX, count = 0;
     for (int i = 0; i < HELD; i++) {
         const uint32_t age = age_of(m, &m->held[i]);
         if (age > OLD) m->held[i].tick = 0;
+        else count++;
         if (age < last) last = age;
-        count += age <= OLD - BAD_MOST;
     }
-    return (m->good == 0 && count < LEAST) || last > (BAD_MOST + WINDOW) / ((count < LEAST ? LEAST : count) / 2 - 1);
+    return !m->full || last > SPAN / ((count < LEAST ? LEAST : count) / 2 - 1);
+}
+
+/* Nonzero if there are LEAST windows, and bad data of BAD_MOST ticks, whenever they were, can be in fewer than half of them. */
+static int may_decide(const memory *m)
+{
+    float now[HELD];
+    const int count = errors_of(m, now, NULL);
+    int most = 0;
+    for (int i = 0; i < HELD; i++) {
+        int near = 0; /* those that end at or within SPAN after this one */
+        for (int k = 0; k < HELD && m->held[i].tick > 0; k++)
+            near += m->held[k].tick > 0 && !m->held[k].sure && m->held[k].tick - m->held[i].tick < SPAN;
+        if (near > most) most = near;
+    }
+    return count >= LEAST && most < count / 2;
 }
 
 /* x measured. A window that the chain was moved in, or with a number that is not finite, is dropped. */
 static void watch(memory *m, const chain_state *x)
 {
-    if (m->samples == 0) turn.age = 0;
+    if (m->samples == 0 || !roln_all_finite(N, x->q) || !roln_all_finite(N, x->qd)) turn.age = 0;
     if (turn.age == 0) {
         turn.rows = 0;
         turn.hold_out = is_held_out(m);
@@ -254,23 +273,31 @@ static void watch(memory *m, const chain_state *x)
     }
     if (turn.age++ < WINDOW) return;
     turn.age = 0;
-    if (!roln_all_finite(N, x->q)) return;
     memcpy(turn.seen.end, x->q, sizeof turn.seen.end);
     turn.phase = LOOK;
 }
 
-/* The window takes the place of the oldest one of its region: the signs of z at its start. */
+/* The signs of z. */
+static int region_of(const chain_latent *s)
+{
+    return (s->z[0] > 0) + 2 * (s->z[1] > 0);
+}
+
+/* The window takes the place of the oldest one of the region that it starts in. */
 static void hold_out(memory *m)
 {
-    window *region = m->held + EACH * ((turn.seen.start.z[0] > 0) + 2 * (turn.seen.start.z[1] > 0)), *oldest = region;
+    window *region = m->held + EACH * region_of(&turn.seen.start), *oldest = region;
     float now[HELD];
     for (int i = 1; i < EACH; i++)
         if (age_of(m, region + i) > age_of(m, oldest)) oldest = region + i;
     *oldest = turn.seen;
+    oldest->sure = !m->full;
     const int count = errors_of(m, now, NULL);
     const float median = held_median(count, now);
-    if (count >= LEAST && m->good > 0 && median > HELD_FAR * m->good) begin_anew(m), m->anew++;
-    if (count >= LEAST && m->good == 0) m->good = median;
+    if (count >= LEAST) m->full = 1;
+    if (!may_decide(m)) return;
+    if (m->good > 0 && median > HELD_FAR * m->good) begin_anew(m), m->anew++;
+    if (m->good == 0) m->good = median;
 }
 
 /* The weights in use predict the window: hold it out, learn from it, or leave it out. */
@@ -282,7 +309,7 @@ static void look(memory *m)
     turn.seen.error = roll(&m->model, &turn.seen);
     turn.phase = SAVE;
     if (turn.hold_out) hold_out(m);
-    else if (count >= LEAST && held_near(turn.seen.error, count, now)) turn.phase = SUMS;
+    else if (may_decide(m) && held_near(turn.seen.error, count, now)) turn.phase = SUMS;
     else m->left_out++;
 }
 

@@ -5,8 +5,9 @@
    compute the error of a roll-out with the weights in use, now [count], and with the updated weights, next [count]. Errors are
    >= 0. An error that cannot be computed is HELD_FAILED. count is 1 .. HELD_MOST.
 
-   Errors are compared with the median of `now`. So bad data in fewer than half of the windows do not move the bounds. After a
-   change of the machine the bounds follow as soon as more than half of the windows are newer than the change. */
+   Errors are compared with the median of `now`. So with bad data in fewer than half of the windows the bounds stay within what good
+   windows give. In the comparison such a window counts like any other, as HELD_FAR medians at most. After a change of the machine
+   the bounds follow as soon as more than half of the windows are newer than the change. */
 #ifndef HELD_OUT_H
 #define HELD_OUT_H
 
@@ -28,7 +29,7 @@ static float held_median(int count, const float *e)
     return sorted[(count - 1) / 2];
 }
 
-/* True if motion may be learned from whose roll-out with the weights in use has this error. False for NaN and HELD_FAILED. */
+/* True if a window may be learned from that the weights in use predict with this error. False for NaN and HELD_FAILED. */
 static int held_near(float error, int count, const float *now)
 {
     return error < HELD_FAILED && error <= HELD_FAR * held_median(count, now);

@@ -7,8 +7,8 @@
    2. With power cuts, at any tick and within a save. The weights at the end must be those of the first hour, to the last bit.
    3. Without the checks of held_out.h: all is learned from, and every update is accepted.
 
-   Then parts of an hour in which held-out windows are fewer or come more slowly: disturbances of the chain are rare, or always to
-   one side, so that half of the regions stay empty. An encoder sticks in each.
+   Then eight minutes with two payloads for each scene in which held-out windows are few or rare. A hand pushes once with each
+   payload.
 
    First held_out.h alone. Errors are in mrad: root of the mean square over joints and windows, at the end of a window. */
 #include <math.h>
@@ -18,9 +18,6 @@
 #include "held_out.h"
 
 static int checked = 1;
-static struct {
-    int every, one_side; /* ticks; z[1] > 0 behind it */
-} pushes;
 
 static int near_or_unchecked(float error, int count, const float *now)
 {
@@ -52,7 +49,7 @@ enum {
     CORNERED = 10000,               /* ticks of motion in a corner, which is good data */
     TESTED = 60
 };
-#define MARGIN 1.5f /* mrad: by so much the error may rise over the least one of the part; a third of it from bad data */
+#define MARGIN 2.0f /* mrad: by so much the error may rise over the least one of the part; a quarter of it from bad data */
 #define LATE_MOST 2 /* parts whose payload is not learned within 40 s */
 
 static const float payload[PARTS] = {0.2f, 0, -0.1f, 0.4f, 0.1f, 0.3f, 0, 0.2f, -0.2f, 0, 0.15f, 0.4f, 0.35f, -0.1f, 0};
@@ -131,6 +128,7 @@ static void test_held(void)
 /* ---- the hour ---- */
 
 static int copy, busy, busiest; /* ticks of this turn behind its window; the most so far */
+static int outvoted;            /* decisions while half of the held-out windows or more were of bad data */
 static float mass[N];
 static window clean[TESTED];
 static struct {
@@ -151,11 +149,40 @@ static void *copy_or_cut(void *to, const void *from, size_t size)
     return memcpy(to, from, size);
 }
 
+/* Where somebody moves the chain to, and how often. LEAVING: anywhere in the first quarter of a part, later to one region, and to
+   two others while a hand pushes. only: a kind that disturbs the middle of each part, alone; NONE: all do, as in the hour. */
+typedef enum { ANYWHERE, ONE_SIDE, LEAVING } places;
+static struct {
+    places where;
+    int every; /* ticks */
+    kinds only;
+} scene;
+
+static int allowed(uint32_t at, int region)
+{
+    const uint32_t since = at % PART - PART / 2;
+    if (scene.where == ONE_SIDE) return region >= 2;
+    if (scene.where == ANYWHERE || at % PART < PART / 4) return 1;
+    return region == (since < BAD / 2 ? 0 : since < BAD ? 1 : 2);
+}
+
+static void move_there(uint32_t at, rods *machine, uint64_t *seed)
+{
+    chain_state x;
+    chain_latent s;
+    do {
+        move(machine, seed);
+        rods_read(machine, &x);
+        if (chain_encode(&chain_weights, &x, &s, &scratch.work.encode) != ROLN_OK) check(0, "encode", 0);
+    } while (!allowed(at, region_of(&s)));
+}
+
 /* What disturbs tick `at` of the hour: of the two of a part, in its middle and after three quarters. */
 static kinds kind_at(uint32_t at)
 {
     const uint32_t part = at / PART, half = at % PART / (PART / 4);
     if (half < 2) return NONE;
+    if (scene.only != NONE) return at % PART - PART / 2 < BAD ? scene.only : NONE;
     const kinds kind = (kinds)((2 * part + half - 2) % KINDS);
     return at % (PART / 4) < (kind == CORNER ? CORNERED : BAD) ? kind : NONE;
 }
@@ -170,17 +197,34 @@ static void spoil(kinds kind, uint32_t at, chain_state *x)
     if (kind == NOT_A_NUMBER && at % 13 == 0) x->q[j] = NAN;
 }
 
+/* Counts a decision that bad data could have made: the last tick begins to learn from a window, or began anew. */
+static void watch_votes(uint32_t anew)
+{
+    const memory *m = &copies[copy];
+    int bad = 0, all = 0;
+    if (!checked || (turn.phase != SUMS && m->anew == anew)) return;
+    for (int i = 0; i < HELD; i++) {
+        int touched = 0;
+        for (uint32_t k = 0; k <= WINDOW && m->held[i].tick > 0; k++) {
+            const kinds kind = kind_at(m->held[i].tick - k);
+            touched |= kind != NONE && kind != CORNER;
+        }
+        all += m->held[i].tick > 0, bad += touched;
+    }
+    outvoted += 2 * bad >= all;
+}
+
 static void one_tick(void)
 {
     memory *m = &copies[copy];
+    const uint32_t anew = m->anew;
     const kinds kind = kind_at(m->tick);
     const float hand[N] = {0.5f}; /* Nm */
     chain_state x;
     for (int i = 0; i < N; i++)
         mass[i] = i < 4 ? 0.1f : 0.1f * (1 + payload[m->tick / PART]);
-    if (m->tick % (uint32_t)pushes.every == 0) {
-        move(&m->machine, &m->seed), m->samples = 0;
-        if (pushes.one_side) m->machine.z[1] = ROLN_ABS(m->machine.z[1]);
+    if (m->tick % (uint32_t)scene.every == 0) {
+        move_there(m->tick, &m->machine, &m->seed), m->samples = 0;
         for (int i = 0; i < n && kind == CORNER; i++)
             m->machine.z[i] = 0.5f + 0.1f * m->machine.z[i], m->machine.zd[i] *= 0.1f;
     }
@@ -190,6 +234,7 @@ static void one_tick(void)
     copy = tick(copy, &x);
     busy = turn.phase == SAMPLE ? 0 : busy + 1;
     if (busy > busiest) busiest = busy;
+    watch_votes(anew);
 }
 
 /* Windows of the machine as it is. */
@@ -199,8 +244,7 @@ static void make_clean(void)
     for (int t = 0; t < TESTED; t++) {
         rods machine;
         chain_state x;
-        move(&machine, &seed);
-        if (pushes.one_side) machine.z[1] = ROLN_ABS(machine.z[1]);
+        move_there(PART - 1, &machine, &seed);
         rods_read(&machine, &x);
         if (chain_encode(&chain_weights, &x, &clean[t].start, &scratch.work.encode) != ROLN_OK) check(0, "encode", 0);
         for (int i = 0; i < WINDOW; i++)
@@ -221,8 +265,8 @@ static float error_of(const chain_params *p)
     return 1000 * ROLN_SQRT(sum / TESTED);
 }
 
-/* Of a part, mrad: with the weights of the part before, after 20 s, after 40 s; before each disturbance and the most until 24 s
-   after its begin, or 54 s of a corner; at the end; the largest rise over the least one before. Then turns. */
+/* Of a part, mrad: with the weights of the part before, after 20 s, after 40 s; before each disturbance and the most until 54 s
+   after its begin; at the end; the largest rise over the least one before. Then turns. */
 typedef struct {
     float first, at20, at40, before[2], most[2], end, rise;
     uint32_t accepted, refused, left_out, anew;
@@ -259,7 +303,7 @@ static uint64_t hour(int checks)
     float error = 0, least = 0;
     uint32_t accepted = 0;
     checked = checks;
-    pushes.every = PUSH, pushes.one_side = 0;
+    scene.every = PUSH, scene.where = ANYWHERE, scene.only = NONE;
     begin();
     while (copies[copy].tick < PARTS * PART) {
         const uint32_t at = copies[copy].tick;
@@ -294,12 +338,13 @@ static uint64_t hour_with_cuts(void)
     return hash_of(&copies[copy]);
 }
 
-/* The first part and the second, with disturbances of the chain every `ticks`. In both an encoder sticks twice, for BAD ticks. */
-static void slow_parts(int ticks, int side)
+/* The first part and the second. In the middle of each a hand pushes for BAD ticks. */
+static void play(places where, int every)
 {
+    static const char *const name[] = {"anywhere", "to one side", "later to one region, to two others while a hand pushes"};
     float error = 0, until = 0, rise = 0, first = 0;
-    uint32_t accepted = 0, anew = 0, mistaken = 0;
-    checked = 1, pushes.every = ticks, pushes.one_side = side;
+    uint32_t accepted = 0;
+    checked = 1, scene.every = every, scene.where = where, scene.only = HAND;
     begin();
     for (uint32_t at = 0; at < 2 * PART; at++) {
         const memory *m;
@@ -307,17 +352,14 @@ static void slow_parts(int ticks, int side)
         m = &copies[copy];
         if (at % PART == 0) make_clean(), error = error_of(&m->model), first += error;
         if (m->accepted != accepted) error = error_of(&m->model), accepted = m->accepted;
-        if (at % PART < PART / 2 || at % (PART / 4) == 0) until = error, anew = m->anew;
-        if (at % (PART / 4) > BAD + WINDOW) continue;
-        mistaken += m->anew != anew;
+        if (at % PART < PART / 2) until = error;
         if (error - until > rise) rise = error - until;
     }
-    printf("chain moved every %d ticks%s: %.1f mrad at first, %.2f at the end, ", ticks, side ? " to one side" : "",
-           (double)first / 2, (double)error);
-    printf("rise while stuck %.2f, accepted %u, anew %u\n", (double)rise, accepted, copies[copy].anew);
-    check(rise <= MARGIN / 3, "a stuck encoder makes predictions worse", ticks);
-    check(mistaken == 0, "a stuck encoder is taken for a change", ticks);
-    check(accepted >= 40 && error <= first / 4, "the payload is not learned", ticks);
+    printf("chain moved every %d ticks, %s: %.1f mrad at first, %.2f at the end, ", every, name[where], (double)first / 2,
+           (double)error);
+    printf("rise behind the push %.2f, accepted %u, anew %u\n", (double)rise, accepted, copies[copy].anew);
+    check(rise <= MARGIN / 4, "a push makes predictions worse", every);
+    check(accepted >= 30 && error <= first / 4, "the payload is not learned", every);
 }
 
 /* ---- report ---- */
@@ -349,12 +391,13 @@ int main(void)
     const uint64_t hash = hour(1), again = hour_with_cuts();
     hour(0);
     print_table();
-    slow_parts(PUSH, 1);
-    slow_parts(400, 0);
-    slow_parts(400, 1);
-    slow_parts(1000, 0);
-    slow_parts(1000, 1);
-    pushes.one_side = 0;
+    play(ONE_SIDE, PUSH);
+    play(ANYWHERE, 400);
+    play(ONE_SIDE, 400);
+    play(ANYWHERE, 1000);
+    play(ONE_SIDE, 1000);
+    play(LEAVING, PUSH);
+    scene.where = ANYWHERE;
     for (int i = 0; i < N; i++)
         mass[i] = 0.1f;
     make_clean(), trained = error_of(&chain_weights);
@@ -364,13 +407,14 @@ int main(void)
         check(r->end <= 0.75f * trained, "the payload is not learned", p);
         late += r->at40 > 1.5f * trained, high += r->rise > 1;
         for (int k = 0; k < 2; k++)
-            check(r->most[k] <= r->before[k] + MARGIN / 3, name_of[(2 * p + k) % KINDS], p);
+            check(r->most[k] <= r->before[k] + MARGIN / 4, name_of[(2 * p + k) % KINDS], p);
         if (r->rise > rise) rise = r->rise;
         for (int k = 0; k < 2; k++)
             if (rows[0][p].most[k] > most) most = rows[0][p].most[k];
     }
     check(late <= LATE_MOST, "parts are learned too late", late);
     check(last->anew >= PARTS / 2 && last->anew < PARTS, "learning begins anew at other times than changes", 0);
+    check(outvoted == 0, "bad data decide", outvoted);
     check(busiest <= 2 * TRIES + HELD + 3, "a turn without end", busiest);
     check(hash == again, "other weights after power cuts", 0);
     check(power.cuts > 500 && power.in_saves > 100, "hardly any power cuts", 0);
