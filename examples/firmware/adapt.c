@@ -9,7 +9,8 @@
 
    A turn begins with a window of motion, WINDOW ticks. Now and then a window is held out: it is kept as a start and an end, and
    never learned from. Each region of the motion has its EACH last ones. The first must be of good data, until there are LEAST.
-   Nothing is decided while BAD_MOST ticks of bad data could be in half of the later ones. Every other window gives ROWS rows. If
+   Nothing is decided while those that one stretch of BAD_MOST ticks can touch, the first apart, are half of all. Every other
+   window gives ROWS rows. If
    the weights in use predict its end far worse than most held-out windows, its data are bad or the machine has changed, and it is
    not learned from. Else these follow, each in a tick of its own: the sums, a step, the samples that test the step, the roll-out
    of each held-out window with the new weights, and the save. A step that its samples refuse is tried again with more damping,
@@ -106,7 +107,7 @@ static void put_in(const float *x, float *networks)
 typedef struct {
     chain_latent start;
     float end[N], error; /* joints at the end; error of the roll-out with the weights in use, rad */
-    uint32_t tick, sure; /* of the end, 0: no window; 1: one of the first */
+    uint32_t tick, sure; /* that behind its end, 0: no window; 1: one of the first */
 } window;
 
 /* All that a reset must not lose. */
@@ -228,8 +229,8 @@ static void refuse(memory *m)
     turn.phase = SAVE;
 }
 
-/* Drops the windows that are old. Nonzero: the next one is to be held out, as each one at first. Later, of c windows, LEAST at
-   least, fewer than half end within SPAN. */
+/* Drops the windows that are old. Nonzero: the next one is to be held out, as each one at first. Later they are so far apart that,
+   while their number stays, fewer than half are in one SPAN. */
 static int is_held_out(memory *m)
 {
     uint32_t last = UINT32_MAX, count = 0;
@@ -242,7 +243,7 @@ static int is_held_out(memory *m)
     return !m->full || last > SPAN / ((count < LEAST ? LEAST : count) / 2 - 1);
 }
 
-/* Nonzero if there are LEAST windows, and bad data of BAD_MOST ticks, whenever they were, can be in fewer than half of them. */
+/* Nonzero if there are LEAST windows, and a stretch of BAD_MOST ticks touches fewer than half of them, wherever it is. */
 static int may_decide(const memory *m)
 {
     float now[HELD];
