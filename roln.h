@@ -6924,12 +6924,12 @@ typedef struct {
     ROLN_(encode_work) encode;
 } ROLN_(evidence_add_work);
 
-/* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. e begins with a state that is large in
-   each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float) the
-   oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range), or a
-   state lies beyond it by more than half its width, as after a slip of an encoder: as float such a state would outweigh all others;
-   ROLN_E_NOT_FINITE, status of NAME_encode. States before a bad one were added. Cost a state with n = 4: NAME_encode and 20,000
-   multiply-adds. */
+/* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. e begins with a state that is large
+   in each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float)
+   the oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range),
+   or a state lies beyond it by more than half its width, as after a slip of an encoder: as float such a state would outweigh all
+   others; ROLN_E_NOT_FINITE, also of a range whose width overflows; status of NAME_encode. States before a bad one were added.
+   Cost a state with n = 4: NAME_encode and 20,000 multiply-adds. */
 ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch *b, ROLN_(evidence) *e,
                                         ROLN_(evidence_add_work) *w)
 {
@@ -6948,6 +6948,7 @@ ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch
             if (st != ROLN_OK) return st;
             if (!ROLNI_(in_range)(p, ROLN_C(0.5), s, s + n)) return ROLN_E_RANGE;
             ROLNI_(terms_of)(p, s, s + n, w->t);
+            if (!roln_all_finite(terms, w->t)) return ROLN_E_NOT_FINITE;
             if (!(e->count > 0)) {
                 rolni_zero(ROLN_TRI(terms), e->L);
                 for (i = 0; i < terms; i++)

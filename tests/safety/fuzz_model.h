@@ -288,7 +288,8 @@ static void M(claim_guard)(uint32_t faults, const M(guard) *was)
 {
     const roln_limits *l = &M(lim).l;
     const roln_motors *f = l->motors;
-    const int own = f && f->B && f->count >= 1 && f->count <= M(N), counted = !f || own || (!f->B && M(inputs) > 0);
+    const int fit = M(model).actuator != ROLN_SERVO, own = fit && f && f->B && f->count >= 1 && f->count <= M(N);
+    const int counted = !f || own || (fit && !f->B && M(inputs) > 0);
     const int nu = own ? f->count : M(nu), good = (faults & ~(uint32_t)ROLN_CLIPPED) == 0;
     int i;
     CLAIM((M(g).g.faults & (was->g.faults | faults)) == (was->g.faults | faults));
@@ -494,9 +495,10 @@ static void M(claim_plan)(const roln_goal *g)
 
 static void M(call_plan)(int which)
 {
-    static union { M(plan_next_work) next; M(plan_linear_work) linear; } work;
+    static union { M(plan_next_work) next; M(plan_linear_work) linear; M(plan_tighten_work) tighten; } work;
     static roln_real A[M(steps) * M(side2) * M(side2)], B[M(steps) * M(side2) * M(motors)], c[M(steps) * M(side2)];
     roln_real in[5 * M(N)], u[M(motors)], P[M(side2) * M(side2)];
+    static roln_real low[M(N)], high[M(N)], inside[M(steps) * M(N)], reserve[M(steps) * M(motors)];
     const int z = fuzz_below(2);
     roln_term term;
     roln_goal goal;
@@ -513,6 +515,14 @@ static void M(call_plan)(int which)
     goal.dt = fuzz_below(8) ? ROLN_C(0.02) : fuzz_real(), goal.terms = fuzz_below(2), goal.term = &term, goal.u = in + 2 * M(N);
     goal.hold = fuzz_below(2) ? NULL : in + 3 * M(N), goal.limits = &M(lim).l;
     goal.iterations = fuzz_below(4) ? 0 : fuzz_below(67) - 1;
+    if (fuzz_below(2)) { /* a soft limit, tightened */
+        fuzz_reals(M(N), low), fuzz_positives(M(N), high), fuzz_positives(M(steps) * M(N), inside);
+        for (i = 0; i < M(N); i++)
+            high[i] += low[i];
+        term.low = fuzz_below(4) ? low : NULL, term.high = fuzz_below(4) ? high : NULL;
+        term.tighten = fuzz_below(2) ? inside : NULL;
+    }
+    if (!fuzz_below(4)) fuzz_positives(M(steps) * M(motors), reserve), goal.reserve = reserve;
     goal.P = fuzz_below(2) ? NULL : P, goal.end = M(r).z, goal.load = fuzz_below(2) ? NULL : in + 4 * M(N);
     FUZZ_SPOIL(&work, sizeof work);
     fuzz_call();
@@ -531,6 +541,13 @@ static void M(call_plan)(int which)
         st = M(plan_linear)(&M(p), &goal, &M(pl), A, B, c, &work.linear);
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(side2), A));
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(motors), B) && roln_all_finite(M(steps) * M(side2), c));
+    } else if (fuzz_below(2)) {
+        if (fuzz_below(2)) M(known_of)();
+        const roln_term *of = fuzz_below(2) ? &term : NULL;
+        roln_real *to = of ? inside : reserve;
+        st = M(plan_tighten)(&M(p), &M(lim).known, &goal, &M(pl), of, fuzz_below(2) ? 3 : fuzz_real(), to, &work.tighten);
+        for (i = 0; st == ROLN_OK && i < M(steps) * (!of ? M(motors) : z ? M(n) : M(N)); i++)
+            CLAIM(to[i] >= 0 && roln_finite(to[i]));
     } else memset(&M(pl), 0, sizeof M(pl));
 }
 #endif
@@ -567,6 +584,36 @@ static roln_batch M(batch_of)(void)
 
 static M(train) M(t);
 
+/* What the model does not know: ahead, and from recordings. */
+static void M(call_known)(int which)
+{
+    static M(doubt_ahead_work) work;
+    struct { M(latent) s; M(outlook) o; } x;
+    const roln_batch b = M(batch_of)();
+    const roln_real dt = fuzz_below(8) ? ROLN_C(0.01) : fuzz_real();
+    M(evidence) *e = &M(lim).known;
+    const size_t made = sizeof *e - offsetof(M(evidence), halves);
+    const int fresh = which == 1 && fuzz_below(2);
+    roln_status st;
+    if (fuzz_below(2)) M(known_of)();
+    if (fresh) memset(e, 0, sizeof *e);
+    FUZZ_SPOIL(&work, sizeof work);
+    if (which == 0) {
+        memset(&x.o, 0, sizeof x.o), x.s = M(s);
+        if (!fuzz_below(4)) fuzz_reals(4 * M(n) * M(n), x.o.P), fuzz_reals(2 * M(n) * M(n), x.o.C);
+        fuzz_keep(&x, sizeof x);
+        fuzz_judge(M(doubt_ahead)(&M(p), e, &x.s, fuzz_below(2) ? M(data).tau : NULL, dt, &x.o, &work), &x, sizeof x);
+    } else if (which == 1) {
+        fuzz_call(), st = M(evidence_add)(&M(p), &b, e, &M(t).evidence_add);
+        CLAIM(st != ROLN_OK || !fresh || (e->count > 1 && roln_all_finite(ROLN_TRI(M(terms)), e->L)));
+    } else {
+        fuzz_keep(&e->halves, made), fuzz_call();
+        st = which == 2 ? M(fit_doubt)(&M(p), &b, dt, e, &M(t).fit_doubt) : M(fit_outlook)(&M(p), &b, dt, e, &M(t).fit_outlook);
+        CLAIM(st == ROLN_OK ? e->lasts > 0 && roln_finite(e->lasts) : fuzz_kept(&e->halves, made));
+        CLAIM(st != ROLN_OK || which == 3 || roln_all_finite(4 * M(n), e->always));
+    }
+}
+
 /* Range, limits, noise, errors: of stored models, too. */
 static void M(call_fit)(int which)
 {
@@ -585,7 +632,10 @@ static void M(call_fit)(int which)
         for (b.count = 0; b.count < M(n) && st == ROLN_OK; b.count++)
             CLAIM(M(p).z_min[b.count] <= M(p).z_max[b.count] && M(p).zd_max[b.count] >= 0);
     } else if (which == 1) {
-        const roln_limits was = l;
+        roln_limits was;
+        if (fuzz_below(2)) M(known_of)(), l.evidence = M(lim).known.L;
+        if (fuzz_below(2)) l.false_alarms = fuzz_below(4) ? ROLN_C(0.1) : fuzz_real();
+        was = l;
         fuzz_keep(&each, sizeof each);
         st = M(fit_limits)(&M(p), &b, fuzz_below(4) ? 2 : fuzz_real(), &l, each.tau, each.rate, &M(t).fit_limits);
         fuzz_judge(st, &each, sizeof each);
@@ -757,7 +807,10 @@ static void M(call)(unsigned byte)
 #ifdef HAS_PLAN
     case 11: M(call_plan)(which % 4); break;
 #endif
-    case 12: M(call_fit)(which % 4); break;
+    case 12:
+        if (which < 8) M(call_fit)(which % 4);
+        else M(call_known)(which % 4);
+        break;
 #ifdef HAS_STORE_NOT
     case 13: M(call_train)(which % 7); break;
     case 14: M(call_newton)(which % 4); break;
