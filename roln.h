@@ -6928,7 +6928,7 @@ typedef struct {
    in each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float)
    the oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range),
    or a state lies beyond it by more than half its width, as after a slip of an encoder: as float such a state would outweigh all
-   others; ROLN_E_NOT_FINITE, also of a range whose width overflows; status of NAME_encode. States before a bad one were added.
+   others; ROLN_E_NOT_FINITE, also of a state whose terms overflow; status of NAME_encode. States before a bad one were added.
    Cost a state with n = 4: NAME_encode and 20,000 multiply-adds. */
 ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch *b, ROLN_(evidence) *e,
                                         ROLN_(evidence_add_work) *w)

@@ -10,11 +10,10 @@
    A turn begins with a window of motion, WINDOW ticks. Now and then a window is held out: it is kept as a start and an end, and
    never learned from. Each region of the motion has its EACH last ones. The first must be of good data, until there are LEAST.
    Nothing is decided while those that one stretch of BAD_MOST ticks can touch, the first apart, are half of all. Every other
-   window gives ROWS rows. If
-   the weights in use predict its end far worse than most held-out windows, its data are bad or the machine has changed, and it is
-   not learned from. Else these follow, each in a tick of its own: the sums, a step, the samples that test the step, the roll-out
-   of each held-out window with the new weights, and the save. A step that its samples refuse is tried again with more damping,
-   TRIES times in all.
+   window gives ROWS rows. If the weights in use predict its end far worse than most held-out windows, its data are bad or the
+   machine has changed, and it is not learned from. Else these follow, each in a tick of its own: the sums, a step, the samples that
+   test the step, the roll-out of each held-out window with the new weights, and the save. A step that its samples refuse is tried
+   again with more damping, TRIES times in all.
 
    The new weights are taken if they predict the held-out windows no worse (held_out.h). Else the weights in use stay, and the rows
    still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
@@ -218,26 +217,31 @@ static void begin_anew(memory *m)
 /* The weights stay. The rows of the turn still ask for a step. After REFUSALS in a row all rows are forgotten. */
 static void refuse(memory *m)
 {
-    for (int i = 0; i < P; i++)
+    for (int i = 0; i < P; i++) {
         m->older[i] *= 1 - 1 / newton.memory;
-    for (int i = 0; i < P; i++)
         for (int k = 0; k < ROWS; k++)
             m->older[i] += turn.J[k * P + i] * turn.r[k];
+    }
     roln_newton_give_up(turn.lambda, &m->state);
     m->begun++, m->refused++;
     if (++m->refusals == REFUSALS) begin_anew(m);
     turn.phase = SAVE;
 }
 
-/* Drops the windows that are old. Nonzero: the next one is to be held out, as each one at first. Later they are so far apart that,
-   while their number stays, fewer than half are in one SPAN. */
-static int is_held_out(memory *m)
+static void drop_old(memory *m)
+{
+    for (int i = 0; i < HELD; i++)
+        if (age_of(m, &m->held[i]) > OLD) m->held[i].tick = 0;
+}
+
+/* Nonzero: the next window is to be held out, as each one at first. Later they are so far apart that, while their number stays,
+   fewer than half are in one SPAN. */
+static int is_held_out(const memory *m)
 {
     uint32_t last = UINT32_MAX, count = 0;
     for (int i = 0; i < HELD; i++) {
         const uint32_t age = age_of(m, &m->held[i]);
-        if (age > OLD) m->held[i].tick = 0;
-        else count++;
+        count += age < UINT32_MAX;
         if (age < last) last = age;
     }
     return !m->full || last > SPAN / ((count < LEAST ? LEAST : count) / 2 - 1);
@@ -246,13 +250,12 @@ static int is_held_out(memory *m)
 /* Nonzero if there are LEAST windows, and a stretch of BAD_MOST ticks touches fewer than half of them, wherever it is. */
 static int may_decide(const memory *m)
 {
-    float now[HELD];
-    const int count = errors_of(m, now, NULL);
-    int most = 0;
+    int count = 0, most = 0;
     for (int i = 0; i < HELD; i++) {
         int near = 0; /* those that end at or within SPAN after this one */
         for (int k = 0; k < HELD && m->held[i].tick > 0; k++)
             near += m->held[k].tick > 0 && !m->held[k].sure && m->held[k].tick - m->held[i].tick < SPAN;
+        count += m->held[i].tick > 0;
         if (near > most) most = near;
     }
     return count >= LEAST && most < count / 2;
@@ -264,6 +267,7 @@ static void watch(memory *m, const chain_state *x)
     if (m->samples == 0 || !roln_all_finite(N, x->q) || !roln_all_finite(N, x->qd)) turn.age = 0;
     if (turn.age == 0) {
         turn.rows = 0;
+        drop_old(m);
         turn.hold_out = is_held_out(m);
         if (chain_encode(&m->model, x, &turn.seen.start, &scratch.work.encode) == ROLN_OK) turn.age = 1;
         return;
