@@ -173,9 +173,9 @@ enum order { RUN, MEASURE, TUNE };
 static int simulate(const struct recipe *e, enum order order, struct motion *d, struct motion *test)
 {
     const enum truth_system where = tested_on(e);
-    const int wild = where == TRUTH_PEND16 || where == TRUTH_WAVE16;
-    if (motion_simulate(d, e->system, TRUTH_TRAIN, 0, e->train, e->force, NULL) != 0 ||
-        motion_simulate(test, where, order == TUNE ? TRUTH_TUNE : TRUTH_TEST, 0, TESTS, e->force, d->mean) != 0)
+    const int tests = e->tests > 0 ? e->tests : TESTS, wild = where == TRUTH_PEND16 || where == TRUTH_WAVE16;
+    if (motion_simulate(d, e->system, TRUTH_TRAIN, e->recorded, e->train, e->force, NULL) != 0 ||
+        motion_simulate(test, where, order == TUNE ? TRUTH_TUNE : TRUTH_TEST, e->recorded, tests, e->force, d->mean) != 0)
         return -1;
     if (wild) leave_out_wild(d);
     if (wild && order == TUNE) leave_out_wild(test);

@@ -22,9 +22,9 @@ struct motion {
     double force;                           /* unit of tau in N */
 };
 
-/* Trajectories first .. first + count - 1 of a simulated system; mean NULL: their own. force: unit of tau, in N or N m,
-   so that masses are of order one in the model's units; 0: the model does not get tau. */
-int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, double force,
+/* The first `count` trajectories of a system that is simulated with `seed`; 0: 1. mean NULL: their own. force: unit of tau, in N or
+   N m, so that masses are of order one in the model's units; 0: the model does not get tau. */
+int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int seed, int count, double force,
                     const roln_real *mean);
 void motion_free(struct motion *d);
 
@@ -106,6 +106,9 @@ struct config {
     roln_status (*adam)(void *self, const roln_loss *weights, const roln_batch *b, double dt, const roln_opt *opt, double *loss,
                         double *seen);
     void (*row)(void *self, const roln_loss *weights, const roln_batch *b, double dt, uint64_t seed, roln_real *J, roln_real *r);
+    /* of polynomials only: a row that holds the scale of M, and the weights of a ridge, of the parameters behind the autoencoder */
+    void (*hold)(void *self, roln_real *J, roln_real *r);
+    void (*ridge)(void *self, roln_real *w);
     roln_real (*loss)(void *self, const roln_loss *weights, const roln_batch *b, roln_real *g);
     /* of charts only; b NULL: the encoder stays */
     roln_status (*chart)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx, int count,
@@ -183,11 +186,13 @@ void picks_close(struct picks *p);
 void picks_draw(struct picks *p, int count, double share, uint64_t *seed);
 
 /* draw: choose `count` rows, of `share` windows. rows: of these from .. from + count - 1 at x, residuals r, not finite where there
-   is none, and unless NULL their derivatives J, of the model. */
+   is none, and unless NULL their derivatives J, of the model. ridge [params]: weights of a ridge, in parts of the sum of squares of
+   the residuals; NULL: none. */
 struct newton_task {
     void *self;
     void (*draw)(void *self, int count, double share, uint64_t *seed);
     void (*rows)(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r);
+    roln_real *ridge;
 };
 /* Factor that makes the rows of windows three times as large as those of single samples, in the middle of a hundred of each; 1 if
    the stage has one kind alone. */
@@ -196,8 +201,8 @@ double newton_balance(const struct newton_task *task, const struct stage *s, con
 struct newton;
 struct newton *newton_new(int blocks, const roln_block *table, int rows);
 void newton_free(struct newton *n);
-/* Steps until `seconds` are over, at most s->most unless 0. x [params]. Returns the number of steps, -1 after twenty without one
-   that was taken. A later call goes on from what n knows. */
+/* Steps until `seconds` are over, at most s->most unless 0, or until twenty in a row are not taken. x [params]. Returns the number
+   of steps, -1 if none was ever taken. A later call goes on from what n knows. */
 int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds,
                uint64_t seed);
 /* x = the mean of the last iterates, of a product of Euclidean blocks; else x stays. */

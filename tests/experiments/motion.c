@@ -6,7 +6,7 @@
 #include "experiment.h"
 #include "solve.h"
 
-#define SEED 1 /* of all sets */
+enum { SEED = 1 }; /* of all sets but those that say another */
 
 static roln_real *room(size_t n)
 {
@@ -39,11 +39,11 @@ static void middle(struct motion *d)
         }
 }
 
-int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, double force,
+int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int seed, int count, double force,
                     const roln_real *mean)
 {
     struct truth_set s;
-    if (truth_generate(&s, system, split, SEED, first, count, truth_samples(system)) != 0) return -1;
+    if (truth_generate(&s, system, split, (uint64_t)(seed > 0 ? seed : SEED), 0, count, truth_samples(system)) != 0) return -1;
     const size_t rows = (size_t)s.count * (size_t)s.samples, N = (size_t)s.dof, total = rows * N;
     memset(d, 0, sizeof *d);
     d->system = system, d->count = s.count, d->samples = s.samples, d->N = s.dof, d->dt = s.dt;

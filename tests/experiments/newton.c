@@ -17,7 +17,7 @@ struct newton {
     roln_newton state;
     uint32_t iterates;                          /* in the mean */
     roln_real *J, *r, *weight, *expect, *there; /* [rows + 1][params], [rows] */
-    roln_real *S, *keep, *next, *mean, *work;
+    roln_real *S, *keep, *next, *mean, *ridge, *work;
     int *left_out; /* [rows] */
 };
 
@@ -60,7 +60,7 @@ struct newton *newton_new(int blocks, const roln_block *table, int rows)
     n->J = room((size_t)(rows + 1) * (size_t)P);
     n->r = room(4 * (size_t)rows), n->weight = n->r + rows, n->expect = n->weight + rows, n->there = n->expect + rows;
     n->S = room((size_t)side * (size_t)(side + 1));
-    n->keep = room(3 * (size_t)P), n->next = n->keep + P, n->mean = n->next + P;
+    n->keep = room(4 * (size_t)P), n->next = n->keep + P, n->mean = n->next + P, n->ridge = n->mean + P;
     n->work = room((size_t)ROLN_MAX(step, ROLN_SYM_WORK));
     n->left_out = ints((size_t)rows);
     return n;
@@ -90,6 +90,8 @@ static int gather(struct newton *n, const struct newton_task *task, double share
         n->r[k] = 0;
     }
     if (roln_newton_rows(n->blocks, n->table, opt, n->rows, x, n->J, n->r, n->weight, &n->state, n->work) != ROLN_OK) return -1;
+    for (int i = 0; i < n->params && task->ridge; i++)
+        n->ridge[i] = n->state.loss * task->ridge[i];
     roln_newton_normal_equations(opt, n->rows, n->params, 0, n->params, n->J, n->S, n->work);
     return 0;
 }
@@ -143,15 +145,17 @@ int newton_run(struct newton *n, const struct newton_task *task, const struct st
     roln_newton_opt opt = ROLN_NEWTON_OPT;
     const double t0 = cpu_seconds();
     const double memory = s->memory > 0 ? s->memory : MEMORY, last = s->last > 0 ? s->last : memory;
-    int steps = 0, in_vain = 0, looks = 1;
+    int steps = 0, in_vain = 0, looks = 1, more = 1;
+    if (task->ridge) opt.ridge = n->ridge;
     if (n->state.taken == 0 && gather_first(n, task, s->share, x, &seed) != 0) return -1;
-    for (; (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
+    for (; more && (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
         const double done = s->most > 0 ? (double)steps / s->most : (cpu_seconds() - t0) / seconds;
         opt.memory = (roln_real)(memory * pow(last / memory, done));
         if (gather(n, task, s->share, &opt, x, &seed) != 0) return fprintf(stderr, "newton: no rows\n"), -1;
         if (step(n, task, &opt, x)) in_vain = 0, add_to_mean(n, x);
-        else if (++in_vain == IN_VAIN) return fprintf(stderr, "newton: no step is taken\n"), -1;
-        if (cpu_seconds() - t0 < looks * seconds / 10 && (s->most == 0 || steps + 1 < s->most)) continue;
+        else more = ++in_vain < IN_VAIN;
+        if (!more && n->state.taken == 0) return fprintf(stderr, "newton: no step is taken\n"), -1;
+        if (more && cpu_seconds() - t0 < looks * seconds / 10 && (s->most == 0 || steps + 1 < s->most)) continue;
         printf("gauss-newton %5d of %4u taken, %u refused  rms %.2e  error %.2f  lambda %.1e\n", steps + 1, n->state.taken,
                n->state.refused, sqrt((double)n->state.loss / n->rows), (double)n->state.error, (double)n->state.lambda);
         fflush(stdout);

@@ -4,7 +4,12 @@
 #define ROLN_NAME MODEL
 #define ROLN_AE MODEL_AE
 #define ROLN_CHART COLUMN(CHART_OF)
-#define ROLN_MLP COLUMN(MLP_OF), COLUMN(MLP_OF)
+#define ROLN_ANGLES COLUMN(ANGLES_OF)
+#if ROLNI_AT(1, COLUMN(HEAD_OF)) > 0
+#define ROLN_POLYNOMIALS COLUMN(HEAD_OF)
+#else
+#define ROLN_MLP COLUMN(HEAD_OF), COLUMN(HEAD_OF)
+#endif
 #define ROLN_SLOPE COLUMN(SLOPE_OF)
 #define ROLN_MASS COLUMN(MASS_OF)
 #define ROLN_BASE COLUMN(BASE_OF)
@@ -205,6 +210,27 @@ static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b,
     if (J) memcpy(J, m->row.J, M(newton_size) * sizeof *J);
 }
 
+#if ROLNI_AT(1, COLUMN(HEAD_OF)) > 0
+/* The scale of M stays what it is at first, 1, of which the logarithm is 0. */
+static void M(hold_of)(void *self, roln_real *J, roln_real *r)
+{
+    enum { WEIGHT = 10 };
+    M(self) *m = self;
+    *r = M(scale_row)(&m->p, 0, WEIGHT, 0, &m->row) == ROLN_OK ? m->row.r[0] : ROLN_C(0.0) / ROLN_C(0.0);
+    if (J) memcpy(J, m->row.J, M(newton_size) * sizeof *J);
+}
+
+/* Up to 1.3 times the largest |z| of the range that was fitted, at least 1. */
+static void M(ridge_of)(void *self, roln_real *w)
+{
+    const M(self) *m = self;
+    roln_real most = 1;
+    for (int i = 0; i < M(n); i++)
+        most = ROLN_MAX(most, ROLN_MAX(m->p.z_max[i], -m->p.z_min[i]));
+    M(newton_ridge)(ROLN_C(0.02), ROLN_C(1.3) * most, w);
+}
+#endif
+
 /* The loss of accelerations and its gradient g by the networks; NaN where there is none. */
 static roln_real M(loss_of)(void *self, const roln_loss *weights, const roln_batch *b, roln_real *g)
 {
@@ -256,6 +282,9 @@ const struct config M(kind) = {
 #if MODEL_LEARNS
     .blocks = M(blocks), .table = M(table), .init = M(init_of), .forget = M(forget_of), .adam = M(adam_of), .row = M(row_of),
     .loss = M(loss_of),
+#if ROLNI_AT(1, COLUMN(HEAD_OF)) > 0
+    .hold = M(hold_of), .ridge = M(ridge_of),
+#endif
 #if ROLN_CHARTED
     .chart = M(chart_of),
 #endif

@@ -9,11 +9,13 @@
 
 #define ROW(x) extern const struct config x##_kind __attribute__((weak));
 #define WHOLE(x) ROW(x) ROW(x##_whole)
-ROW(pend2) ROW(pend2_base) ROW(pend2_gyro) ROW(pend2_base_gyro) ROW(pend2_chol) ROW(full16) ROW(full16_chol)
+ROW(pend2) ROW(pend2_base) ROW(pend2_gyro) ROW(pend2_base_gyro) ROW(pend2_chol) ROW(pend2_angles) ROW(pend2_poly)
+ROW(full16) ROW(full16_chol)
 ROW(chart16_d2) ROW(chart16_d3) ROW(chart16_d4) ROW(chart16_d5) ROW(chart16_d6) ROW(chart16_d8)
-ROW(chart16_d4_chol) ROW(chart16_d6_chol) ROW(chart16_d8_chol) ROW(pod16) ROW(layered16)
+ROW(chart16_d4_chol) ROW(chart16_d6_chol) ROW(chart16_d8_chol) ROW(chart16_d4_poly) ROW(chart16_d6_poly) ROW(chart16_d8_poly)
+ROW(pod16) ROW(pod16_poly) ROW(layered16)
 WHOLE(rope_n4_pod) WHOLE(rope_n4_d2) WHOLE(rope_n4_d3) WHOLE(rope_n4_d4) WHOLE(rope_n4_d5) WHOLE(rope_n4_layers) WHOLE(rope_n6)
-WHOLE(rope_n10_pod) WHOLE(rope_n10_d2) WHOLE(rope_n10_d3) WHOLE(rope_n10_d4) WHOLE(rope_n14) WHOLE(rope_layers)
+WHOLE(rope_n10_pod) WHOLE(rope_n10_d2) WHOLE(rope_n10_d3) WHOLE(rope_n10_d4) WHOLE(rope_n10_poly) WHOLE(rope_n14) WHOLE(rope_layers)
 WHOLE(cloth_n4) WHOLE(cloth_n6) WHOLE(cloth_n10_pod) WHOLE(cloth_n10_d2) WHOLE(cloth_n10_d3) WHOLE(cloth_n10_d4) WHOLE(cloth_n14)
 WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
 
@@ -51,7 +53,11 @@ WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
 #define PEND2_FEW(trajectories) \
     PEND2_AS(LAGRANGE, "few" #trajectories "-exp", trajectories, 3, MODEL(pend2), .stage = {NEWTON(0, 2000)}), \
     PEND2_AS(LAGRANGE, "few" #trajectories "-chol", trajectories, 3, MODEL(pend2_chol), .stage = {NEWTON(0, 2000)}), \
+    PEND2_AS(LAGRANGE, "few" #trajectories "-poly", trajectories, 3, MODEL(pend2_poly), .stage = {NEWTON(0, 2000)}), \
     PEND2_LATENT("few" #trajectories "-mlp", trajectories, LATENT_MLP)
+/* joint 2 turns over in 3 recordings and in 2 of the tests */
+#define TURNING(id, config) \
+    PEND2_AS(LAGRANGE, "turning-" id, 40, 3, .recorded = 7, .tests = 21, MODEL(config), .stage = {NEWTON(0, 2000)})
 /* three optimisers, one loss: accelerations of single samples */
 #define OPTIMISER(id, where, trajectories, unit, time, ...) \
     {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = 5, .seconds = time, __VA_ARGS__}
@@ -74,12 +80,15 @@ WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
     JOINTS(LATENT, id, where, trajectories, repeats, 60, MODEL(chart16_d##d), .latent = what, STEPS16)
 #define FEW16(name_, where, d, trajectories) \
     JOINTS(LAGRANGE, name_ "-few" #trajectories "-ro", where, trajectories, 1, 60, MODEL(chart16_d##d), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-few" #trajectories "-poly", where, trajectories, 1, 60, MODEL(chart16_d##d##_poly), STEPS16), \
     JOINTS(LAGRANGE, name_ "-few" #trajectories "-full", where, trajectories, 1, 60, FULL16(full16))
 /* rivals in as many repeats as given */
 #define SIXTEEN(name_, where, d, longer, repeats) \
     JOINTS(LAGRANGE, name_ "-ro", where, 200, 3, 60, MODEL(chart16_d##d), STEPS16), \
     JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, MODEL(chart16_d##longer), STEPS16_LONG), \
     JOINTS(LAGRANGE, name_ "-300-chol", where, 200, 3, 300, MODEL(chart16_d##longer##_chol), STEPS16_LONG), \
+    JOINTS(LAGRANGE, name_ "-poly", where, 200, 3, 60, MODEL(chart16_d##d##_poly), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-300-poly", where, 200, 3, 300, MODEL(chart16_d##longer##_poly), STEPS16_LONG), \
     JOINTS(LAGRANGE, name_ "-paper", where, 200, repeats, 60, MODEL(layered16), .stage = {PAPER}), \
     JOINTS(LAGRANGE, name_ "-pod", where, 200, repeats, 60, MODEL(pod16), .stage = {NEWTON(0, 2000)}), \
     JOINTS(LAGRANGE, name_ "-full", where, 200, repeats, 60, FULL16(full16)), \
@@ -91,6 +100,7 @@ WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
     {.name = name_ "-opinf", .kind = OPINF, .system = where, .train = 200, .seeds = 1, .n = 4}, \
     {.name = name_ "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = 200, .seeds = 1, .n = 4}, \
     JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, MODEL(pod16), .stage = {NEWTON_LONG(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-300-podpoly", where, 200, 1, 300, MODEL(pod16_poly), .stage = {NEWTON_LONG(0, 2000)}), \
     JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, MODEL(full16), .stage = {NEWTON_LONG(0, 500)}), \
     JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, MODEL(layered16), .stage = {PAPER}), \
     FEW16(name_, where, d, 5), FEW16(name_, where, d, 10), FEW16(name_, where, d, 20), FEW16(name_, where, d, 40)
@@ -155,12 +165,17 @@ const struct recipe recipes[] = {
     PEND2("gyro", pend2_gyro),
     PEND2("basegyro", pend2_base_gyro),
     PEND2("chol", pend2_chol),
+    PEND2("angles", pend2_angles),
+    PEND2("poly", pend2_poly),
     PEND2_LATENT("mlp", 40, LATENT_MLP),
     PEND2_LATENT("hnn", 40, LATENT_HNN),
     PEND2_LATENT("symoden", 40, LATENT_SYMODEN),
     PEND2_FEW(5),
     PEND2_FEW(10),
     PEND2_FEW(20),
+    TURNING("exp", pend2),
+    TURNING("angles", pend2_angles),
+    TURNING("poly", pend2_poly),
 
     SIXTEEN("pend16", TRUTH_PEND16, 4, 4, 3),
     LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 1, LATENT_DHNN),
@@ -182,6 +197,7 @@ const struct recipe recipes[] = {
     ROPE("n4", 1, 60, rope_n4_d5),
     ROPE("n6", 1, 60, rope_n6),
     ROPE("n10", 3, 300, rope_n10_d3),
+    ROPE("poly", 1, 300, rope_n10_poly),
     ROPE("n14", 1, 60, rope_n14),
     ROPE("pod", 1, 60, rope_n10_pod),
     GRID_OPINF("cloth", TRUTH_CLOTH, 60, 7e-5),
@@ -249,7 +265,9 @@ void recipes_list(void)
     for (int i = 0; i < recipes_count; i++)
         for (int s = 1; s <= recipes[i].seeds; s++) {
             const enum truth_system w = recipes[i].system;
-            printf("%s-%d %d %s\n", recipes[i].name, s, recipes[i].train, system[w] ? system[w] : truth_name(w));
+            printf("%s-%d %d %s", recipes[i].name, s, recipes[i].train, system[w] ? system[w] : truth_name(w));
+            if (recipes[i].recorded > 0) printf(", simulated with seed %d", recipes[i].recorded);
+            printf("\n");
         }
 }
 

@@ -12,7 +12,8 @@ struct recipe {
     const char *name;                   /* a run is NAME-SEED */
     enum kind kind;
     enum truth_system system;
-    int train;                          /* trajectories simulated for training */
+    int recorded;                       /* seed of the simulation; 0: 1 */
+    int train, tests;                   /* trajectories simulated for training and for errors; tests 0: TESTS */
     double force;                       /* unit of tau, N or N m; 0: the model gets none */
     int seeds;                          /* 1 .. */
     double seconds;                     /* of training, on one core */

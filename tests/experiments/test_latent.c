@@ -429,7 +429,7 @@ static struct latent *learn(enum latent_kind kind, enum motion_kind motion, int 
     const roln_block block = {ROLN_EUCLIDEAN, latent_params(m), 1, 0};
     struct newton *trainer = newton_new(1, &block, ROWS);
     struct pupil pupil = {m, flags, {0}, 0};
-    const struct newton_task task = {&pupil, pupil_draw, pupil_rows};
+    const struct newton_task task = {&pupil, pupil_draw, pupil_rows, NULL};
     const struct stage stage = {.kind = STAGE_NEWTON, .most = steps, .batch = ROWS};
     roln_real *x = calloc((size_t)block.rows, sizeof *x);
     sample(motion, flags, n, 5);

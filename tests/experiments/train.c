@@ -123,18 +123,24 @@ static void put(struct model *m, const roln_real *x)
     memcpy(m->theta + m->kind->front, x, (size_t)(m->kind->params - m->kind->front) * sizeof *x);
 }
 
-/* One by one, so that a window that fails does not end the call. */
+/* One by one, so that a window that fails does not end the call. Polynomials have a ridge, which would make M and V ever smaller
+   where no force tells their scale: the last row of a step holds it. */
 static void rows(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r)
 {
     struct rows *w = self;
     const size_t P = (size_t)(w->m.kind->params - w->m.kind->front);
     put(&w->m, x);
     for (int k = 0; k < count; k++) {
+        roln_real *const row = J ? J + (size_t)k * P : NULL;
         const int window = w->picks.window[from + k];
+        if (w->m.kind->hold && !w->d->tau && from + k + 1 == w->s->batch) {
+            w->m.kind->hold(w->m.self, row, r + k);
+            continue;
+        }
         const roln_loss weights = row_weights(w, window);
         const roln_batch b = batch_of(w->d, 1, window ? w->s->steps : 0, window ? w->s->stride : 1, w->picks.start + from + k);
         w->m.kind->row(w->m.self, &weights, &b, w->d->dt * w->s->stride, w->picks.signs + (uint64_t)(from + k),
-                       J ? J + (size_t)k * P : NULL, r + k);
+                       row, r + k);
         *w->samples += window ? w->s->steps + 1 : 1;
     }
 }
@@ -146,13 +152,18 @@ struct newton_task *model_task(const struct model *m, const struct motion *d, co
     w->d = d, w->s = s, w->samples = samples;
     picks_open(&w->picks, d, s);
     model_copy(&w->m, m);
+    const struct config *kind = m->kind;
+    if (kind->ridge && kind->range(w->m.self, d->count * d->samples, d->q, d->qd) == ROLN_OK) {
+        w->task.ridge = room((size_t)(kind->params - kind->front), sizeof *w->task.ridge);
+        kind->ridge(w->m.self, w->task.ridge);
+    }
     return &w->task;
 }
 
 void model_task_free(struct newton_task *task)
 {
     struct rows *w = task->self;
-    picks_close(&w->picks), model_free(&w->m), free(w);
+    picks_close(&w->picks), model_free(&w->m), free(w->task.ridge), free(w);
 }
 
 static int train_newton(struct model *m, const struct motion *d, const struct stage *s, double seconds, uint64_t seed,
