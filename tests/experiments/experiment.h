@@ -109,6 +109,7 @@ struct config {
     /* of polynomials only: a row that holds the scale of M, and the weights of a ridge, of the parameters behind the autoencoder */
     void (*hold)(void *self, roln_real *J, roln_real *r);
     void (*ridge)(void *self, roln_real *w);
+    roln_real (*weigh)(void *self, const roln_batch *b);
     roln_real (*loss)(void *self, const roln_loss *weights, const roln_batch *b, roln_real *g);
     /* of charts only; b NULL: the encoder stays */
     roln_status (*chart)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx, int count,

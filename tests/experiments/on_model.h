@@ -210,6 +210,18 @@ static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b,
     if (J) memcpy(J, m->row.J, M(newton_size) * sizeof *J);
 }
 
+/* The weight of forces in rows of samples: each is in parts of its own deviation, and all together count as accelerations do. 0: they
+   have no deviation. */
+static roln_real M(weigh_of)(void *self, const roln_batch *b)
+{
+    M(self) *m = self;
+    roln_loss var;
+    if (M(variance)(&m->p, b, &var, &m->u.train.variance) != ROLN_OK ||
+        M(force_variance)(&m->p, b, m->row.force_variance, &m->u.train.force_variance) != ROLN_OK)
+        return 0;
+    return var.qdd / M(n);
+}
+
 #if ROLNI_AT(1, COLUMN(HEAD_OF)) > 0
 /* The scale of M stays what it is at first, 1, of which the logarithm is 0. */
 static void M(hold_of)(void *self, roln_real *J, roln_real *r)
@@ -281,7 +293,7 @@ const struct config M(kind) = {
 #endif
 #if MODEL_LEARNS
     .blocks = M(blocks), .table = M(table), .init = M(init_of), .forget = M(forget_of), .adam = M(adam_of), .row = M(row_of),
-    .loss = M(loss_of),
+    .weigh = M(weigh_of), .loss = M(loss_of),
 #if ROLNI_AT(1, COLUMN(HEAD_OF)) > 0
     .hold = M(hold_of), .ridge = M(ridge_of),
 #endif

@@ -30,6 +30,10 @@ WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
     {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
 /* rows of single samples, then windows of half a second among them */
 #define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .last = 2)
+/* the same of models without autoencoder: forces count in rows as accelerations do */
+#define NEWTON_FORCES(rows) \
+    {.kind = STAGE_NEWTON, .part = .35, .batch = rows, .w_force = 1}, \
+        WINDOWS(.65, rows, .05, 25, 20, .w_force = 1, .last = 2)
 /* 16 joints for 300 s and more: with a memory of 8 steps single samples lead astray after hundreds of them, and windows come to no
    rest */
 #define NEWTON_LONG(first, rows) \
@@ -47,17 +51,17 @@ WHOLE(cloth_free_n10) WHOLE(cloth_layers) WHOLE(cloth_free_layers)
 #define PEND2_AS(what, id, trajectories, repeats, ...) \
     {.name = "pend2-" id, .kind = what, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, .seeds = repeats, \
      .seconds = 30, __VA_ARGS__}
-#define PEND2(id, config) PEND2_AS(LAGRANGE, id, 40, 3, MODEL(config), .stage = {NEWTON(0, 2000)})
+#define PEND2(id, config) PEND2_AS(LAGRANGE, id, 40, 3, MODEL(config), .stage = {NEWTON_FORCES(2000)})
 #define PEND2_LATENT(id, trajectories, what) \
     PEND2_AS(LATENT, id, trajectories, 3, MODEL(pend2), .latent = what, .stage = {NEWTON(0, 2000)})
 #define PEND2_FEW(trajectories) \
-    PEND2_AS(LAGRANGE, "few" #trajectories "-exp", trajectories, 3, MODEL(pend2), .stage = {NEWTON(0, 2000)}), \
-    PEND2_AS(LAGRANGE, "few" #trajectories "-chol", trajectories, 3, MODEL(pend2_chol), .stage = {NEWTON(0, 2000)}), \
-    PEND2_AS(LAGRANGE, "few" #trajectories "-poly", trajectories, 3, MODEL(pend2_poly), .stage = {NEWTON(0, 2000)}), \
+    PEND2_AS(LAGRANGE, "few" #trajectories "-exp", trajectories, 3, MODEL(pend2), .stage = {NEWTON_FORCES(2000)}), \
+    PEND2_AS(LAGRANGE, "few" #trajectories "-chol", trajectories, 3, MODEL(pend2_chol), .stage = {NEWTON_FORCES(2000)}), \
+    PEND2_AS(LAGRANGE, "few" #trajectories "-poly", trajectories, 3, MODEL(pend2_poly), .stage = {NEWTON_FORCES(2000)}), \
     PEND2_LATENT("few" #trajectories "-mlp", trajectories, LATENT_MLP)
 /* joint 2 turns over in 3 recordings and in 2 of the tests */
 #define TURNING(id, config) \
-    PEND2_AS(LAGRANGE, "turning-" id, 40, 3, .recorded = 7, .tests = 21, MODEL(config), .stage = {NEWTON(0, 2000)})
+    PEND2_AS(LAGRANGE, "turning-" id, 40, 3, .recorded = 7, .tests = 21, MODEL(config), .stage = {NEWTON_FORCES(2000)})
 /* three optimisers, one loss: accelerations of single samples */
 #define OPTIMISER(id, where, trajectories, unit, time, ...) \
     {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = 5, .seconds = time, __VA_ARGS__}

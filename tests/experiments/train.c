@@ -101,6 +101,7 @@ struct rows {
     const struct motion *d;
     const struct stage *s;
     struct picks picks;
+    roln_real forces; /* weight of forces in rows of samples */
     double *samples;
 };
 
@@ -113,7 +114,7 @@ static void draw(void *self, int count, double share, uint64_t *seed)
 static roln_loss row_weights(const struct rows *w, int window)
 {
     const roln_real c = (roln_real)(w->picks.factor * w->picks.factor);
-    const roln_loss acc = {.qdd_pred = 1, .force = (roln_real)w->s->w_force}, pred = {.q_pred = c, .qd_pred = c / 10};
+    const roln_loss acc = {.qdd_pred = 1, .force = w->forces}, pred = {.q_pred = c, .qd_pred = c / 10};
     return window ? pred : acc;
 }
 
@@ -145,6 +146,17 @@ static void rows(void *self, const roln_real *x, int from, int count, roln_real 
     }
 }
 
+/* Of the loss that forces have in rows; none without a stage that asks for them. */
+static void weigh_forces(struct rows *w, uint64_t seed)
+{
+    enum { SOME = 2000 };
+    const int some = ROLN_MIN(SOME, w->s->batch);
+    if (w->s->w_force <= 0) return;
+    draw(w, some, 0, &seed);
+    const roln_batch b = batch_of(w->d, some, 0, 1, w->picks.start);
+    w->forces = (roln_real)w->s->w_force * w->m.kind->weigh(w->m.self, &b);
+}
+
 struct newton_task *model_task(const struct model *m, const struct motion *d, const struct stage *s, double *samples)
 {
     struct rows *w = room(1, sizeof *w);
@@ -152,6 +164,7 @@ struct newton_task *model_task(const struct model *m, const struct motion *d, co
     w->d = d, w->s = s, w->samples = samples;
     picks_open(&w->picks, d, s);
     model_copy(&w->m, m);
+    weigh_forces(w, 1);
     const struct config *kind = m->kind;
     if (kind->ridge && kind->range(w->m.self, d->count * d->samples, d->q, d->qd) == ROLN_OK) {
         w->task.ridge = room((size_t)(kind->params - kind->front), sizeof *w->task.ridge);
