@@ -4,8 +4,8 @@
    -DMODEL, -DCONFIG, -DWEIGHTS and -DLIMITS name a model, its config and what the trainer wrote. TEST.csv has recordings that it
    never saw: t, q, qd and, where it has inputs, tau, with a blank line between recordings. Printed are, in bins of novelty, how
    many windows of 25 ms miss accelerations and forces by less than 1, 2 and 3 deviations (a normal error: 68.3, 95.4, 99.7 %), the
-   same of z after roll-outs, and ticks beyond limits.novelty. With JOINT, counted from 1, the geometric mean of the deviations
-   where LOW < q < HIGH over that elsewhere. Lines `curve NOVELTY COUNT ERROR DEVIATION` are for doubt_plot.c: rms over all
+   same of z after roll-outs, and ticks beyond limits.novelty. With JOINT, counted from 1, the geometric mean of the deviations of
+   zdd where LOW < q < HIGH over that elsewhere, and the same of the errors. Lines `curve NOVELTY COUNT ERROR DEVIATION` are for doubt_plot.c: rms over all
    coordinates, in parts of the deviation of each at novelty 1. */
 #include CONFIG
 #include WEIGHTS
@@ -156,7 +156,7 @@ static void of_windows(int joint, double low, double high)
     static M(doubt_work) w;
     share shares[BINS] = {{0, {0}}};
     const int steps = (int)fmax(1, 0.025 / dt + 0.5);
-    double logs[2] = {0, 0};
+    double logs[2] = {0, 0}, missing[2] = {0, 0};
     long in[2] = {0, 0}, failed = 0;
     int r, i, k, j;
     for (r = 0; r < recordings; r++)
@@ -172,7 +172,8 @@ static void of_windows(int joint, double low, double high)
             if (joint > 0) {
                 const double at = (double)q[i * N + joint - 1];
                 const int hole = at > low && at < high;
-                in[hole]++, logs[hole] += log((double)d.zdd[0]);
+                for (j = 0; j < n; j++)
+                    in[hole]++, logs[hole] += log((double)d.zdd[j]), missing[hole] += log(fabs((double)e[j]) + 1e-9);
             }
             draw((double)d.novelty, e, &d);
             for (j = 0; j < 2 * n; j++)
@@ -182,8 +183,9 @@ static void of_windows(int joint, double low, double high)
         print(name[k], shares + k);
     printf("windows that failed: %ld\n", failed);
     if (joint > 0)
-        printf("deviation where %g < q%d < %g, %ld windows, over that of %ld others: %.1f\n", low, joint, high, in[1], in[0],
-               exp(logs[1] / (double)in[1] - logs[0] / (double)in[0]));
+        printf("deviation where %g < q%d < %g, %ld windows, over that of %ld others: %.1f, errors %.1f\n", low, joint, high,
+               in[1] / n, in[0] / n, exp(logs[1] / (double)in[1] - logs[0] / (double)in[0]),
+               exp(missing[1] / (double)in[1] - missing[0] / (double)in[0]));
 }
 
 /* Ticks whose novelty the guard would refuse. */

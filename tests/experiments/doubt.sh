@@ -11,7 +11,7 @@ dir=build/doubt
 mkdir -p $dir
 # rows: system, seconds, joint and range of the region, settings of the trainer
 rows='pend2 60 1 0.4 9 torque=1
-pend16 120 1 0.3 9
+pend16 120 1 0.2 9
 furuta 60 2 2 9 torque=1
 arm 60 2 0.3 9 torque=1'
 
@@ -67,3 +67,21 @@ compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
 # shellcheck disable=SC2046
 $dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
 grep -v curve $dir/tables
+# What has to hold, of trainings that end by a clock: near the data and far from them, roll-outs, a region that was left out, false
+# alarms. share A B C D: rows A of part B, at least C and at most D % within deviation number E.
+awk '
+    function check(what, holds) { if (holds) passed++; else { failed++; print "failed:", what } }
+    / %/ {
+        near = /novelty below 0.5|0.5 .. 2/
+        for (k = 1; k <= 3; k++) share[k] = $(NF - 7 + 2 * k)
+    }
+    / %/ && near { check($0, share[1] > 58 && share[2] > 80 && share[3] > 90) }
+    / %/ && !near && $2 == "all" { check($0, share[2] > 80 && share[3] > 90) }
+    / %/ && !near && $2 == "hole" { check($0, share[3] > 75) }
+    /deviation where/ { check($0, $(NF - 2) + 0 >= 3 && 1.2 * $(NF - 2) >= $NF) }
+    $2 == "all" && /ticks beyond/ { alarms += $(NF - 2); ticks += $NF }
+    END {
+        check(alarms " false alarms in " ticks " ticks", alarms <= 1e-4 * ticks)
+        print passed + 0, "passed,", failed + 0, "failed"
+        exit failed > 0
+    }' $dir/tables

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. The controller in the loop:
-   tests/control/machines.c. */
+/* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. Its guard refuses what was
+   never seen. The controller in the loop: tests/control/machines.c. */
 #include <mujoco/mujoco.h>
 #include <stdlib.h>
 
 #include "arm_plant.h"
 #include "arm_tick.h"
 #include "../unit/check.h"
+#define M(x) arm_##x
+#include "holes.h"
 
 void test_arm(void);
 
@@ -58,6 +60,7 @@ void test_arm(void)
     test_no_start(100 * STEPS, ROLN_FAULT_RANGE);
     test_no_start(LOST, ROLN_FILTER_NONE);
     test_slip(200), test_slip(-33);
+    test_holes();
     if (!CHECK(m != NULL)) return;
     d = mj_makeData(m);
     for (int k = 0; k < 20; k++) {

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /* The Furuta pendulum of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does, and the controller, learned from the
-   plant, swings MuJoCo's up and holds it. */
+   plant, swings MuJoCo's up and holds it. Its guard refuses what was never seen. */
 #include <mujoco/mujoco.h>
 #include <stdlib.h>
 
 #include "furuta_plant.h"
 #include "furuta_tick.h"
 #include "../unit/check.h"
+#define M(x) furuta_##x
+#include "holes.h"
 
 void test_furuta(void);
 
@@ -75,6 +77,7 @@ void test_furuta(void)
     if (!CHECK(m != NULL)) return;
     d = mj_makeData(m);
     test_plant();
+    test_holes();
     for (int k = 0; k < 5; k++)
         test_swing_up(0.01 + 0.7 * k);
     mj_deleteData(d);
