@@ -31,7 +31,7 @@
 #define ROLN_VERSION_MAJOR 0
 #define ROLN_VERSION_MINOR 4
 #define ROLN_VERSION_PATCH 0
-#define ROLN_VERSION "0.4.0-dev"
+#define ROLN_VERSION "0.4.0"
 
 /* Scalar type: float, or double where ROLN_DOUBLE is defined, before the first header of roln. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */

@@ -5,8 +5,8 @@
    never saw: t, q, qd and, where it has inputs, tau, with a blank line between recordings. Printed are, in bins of novelty, how
    many windows of 25 ms miss accelerations and forces by less than 1, 2 and 3 deviations (a normal error: 68.3, 95.4, 99.7 %), the
    same of z after roll-outs, and ticks beyond limits.novelty. With JOINT, counted from 1, the geometric mean of the deviations of
-   zdd where LOW < q < HIGH over that elsewhere, and the same of the errors. Lines `curve NOVELTY COUNT ERROR DEVIATION` are for doubt_plot.c: rms over all
-   coordinates, in parts of the deviation of each at novelty 1. */
+   zdd where LOW < q < HIGH over that elsewhere, and the same of the errors. Lines `curve NOVELTY COUNT ERROR
+   DEVIATION` are for doubt_plot.c: rms over all coordinates, in parts of the deviation of each at novelty 1. */
 #include CONFIG
 #include WEIGHTS
 #include LIMITS

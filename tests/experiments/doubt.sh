@@ -67,8 +67,8 @@ compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
 # shellcheck disable=SC2046
 $dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
 grep -v curve $dir/tables
-# What has to hold, of trainings that end by a clock: near the data and far from them, roll-outs, a region that was left out, false
-# alarms. share A B C D: rows A of part B, at least C and at most D % within deviation number E.
+# What has to hold, though trainings end by a clock: least shares near the data, far from them and of roll-outs; a region that was
+# left out has three times the deviation of others at least, and no less than its errors ask for; false alarms.
 awk '
     function check(what, holds) { if (holds) passed++; else { failed++; print "failed:", what } }
     / %/ {

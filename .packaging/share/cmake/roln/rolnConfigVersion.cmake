@@ -1,6 +1,6 @@
 # Semantic versions: 1.4 serves who asks for 1 or 1.2; while the first number is 0 the second stands in its place, so that 0.2.1
 # serves who asks for 0.2, but neither 0.1 nor 0. Of a range the lower end is asked for, and the upper end is a bound. A version
-# before its release, 0.4.0-dev, is 0.4.0 here, for CMake compares numbers.
+# before its release, such as 1.4.0-dev, is 1.4.0 here, for CMake compares numbers.
 set(PACKAGE_VERSION @NUMBERS@)
 set(PACKAGE_VERSION_EXACT FALSE)
 set(PACKAGE_VERSION_COMPATIBLE FALSE)
