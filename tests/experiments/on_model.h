@@ -210,8 +210,8 @@ static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b,
     if (J) memcpy(J, m->row.J, M(newton_size) * sizeof *J);
 }
 
-/* The weight of forces in rows of samples: each is in parts of its own deviation, and all together count as accelerations do. 0: they
-   have no deviation. */
+/* The weight of forces in rows of samples: each is in parts of its own deviation, and all together count as accelerations do.
+   0: they have no deviation. */
 static roln_real M(weigh_of)(void *self, const roln_batch *b)
 {
     M(self) *m = self;
