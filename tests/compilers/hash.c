@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
+/* hash.c - the promise of equal bits, as four lines. The first: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller and linearisation, of a chart in closed form, of SPD
    maps and distances, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
    stopped, of a machine that turns round and rubs, with its feedback, plans, the ticks of its one motor and a filter, and of
-   polynomials. Before the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   polynomials. Before the lines it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh.
+   Three more parts of the machine that turns round have a line each. `doubt` is evidence, deviations and the covariance of a
+   roll-out. `alarms` is limits of the guard from recordings, novelty and energy residuals. `tightened` is plans with soft limits
+   that are tightened and with a reserve of torque. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -67,9 +70,13 @@
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
 
-static uint64_t hash = ROLN_FNV;
+/* The hashes, a line each. Numbers are added to the one of number `line`. */
+enum { FIRST, DOUBT, ALARMS, TIGHTENED, LINES };
+static uint64_t hash[LINES] = {ROLN_FNV, ROLN_FNV, ROLN_FNV, ROLN_FNV};
+static int line = FIRST;
 
-/* Scratch: of one model at a time, so that all fit into the 512 kB of a microcontroller. */
+/* Scratch: of one model, or of the large system, at a time, so that all fit into the 512 kB of a microcontroller. */
+enum { SIDE = 70 };
 static union {
     net_train net;
     full_train full;
@@ -77,6 +84,7 @@ static union {
     pupil_train pupil;
     wheel_train wheel;
     crane_train crane;
+    roln_real sums[ROLN_SYM_WORK], chol[ROLN_SYM_CHOL_WORK(SIDE)];
 } train;
 
 static void add(int n, const roln_real *x)
@@ -85,7 +93,7 @@ static void add(int n, const roln_real *x)
     for (; n > 0; n--, x++) {
         p = b;
         rolni_put(&p, rolni_bits(*x), sizeof b);
-        hash = roln_fnv(sizeof b, b, hash);
+        hash[line] = roln_fnv(sizeof b, b, hash[line]);
     }
 }
 
@@ -97,8 +105,15 @@ static void add_double(int n, const double *x)
         memcpy(&bits, x, sizeof bits);
         p = b;
         rolni_put(&p, bits, 8);
-        hash = roln_fnv(8, b, hash);
+        hash[line] = roln_fnv(8, b, hash[line]);
     }
+}
+
+static void add_integer(uint32_t x)
+{
+    unsigned char b[4], *p = b;
+    rolni_put(&p, x, sizeof b);
+    hash[line] = roln_fnv(sizeof b, b, hash[line]);
 }
 
 static void must(roln_status st, const char *what)
@@ -272,18 +287,15 @@ static void hash_denormal(uint64_t *s)
 /* Sums of 150 products, in order 3 two sums, and a factor and solution of a matrix of rank 48 with damping. */
 static void hash_system(uint64_t *s)
 {
-    enum { n = 70, RANK = 48, COLS = 24, K = 150 };
+    enum { n = SIDE, RANK = 48, COLS = 24, K = 150 };
     static roln_real A[K * COLS], S[n * (n + 1)], d[n];
-    static union {
-        roln_real sums[ROLN_SYM_WORK], chol[ROLN_SYM_CHOL_WORK(n)];
-    } work;
     int i;
     for (i = 0; i < K * COLS; i++) A[i] = roln_normal(s);
-    roln_sym_at(K, COLS, 0, COLS, A, S, work.sums), add(COLS * (COLS + 1), S);
+    roln_sym_at(K, COLS, 0, COLS, A, S, train.sums), add(COLS * (COLS + 1), S);
     memset(S, 0, sizeof S);
-    roln_sym_bt(n, RANK, 0, n, A, S, work.sums);
+    roln_sym_bt(n, RANK, 0, n, A, S, train.sums);
     for (i = 0; i < n; i++) d[i] = ROLN_C(0.125) + roln_uniform(s);
-    must(roln_sym_chol(n, d, S, work.chol), "system: chol");
+    must(roln_sym_chol(n, d, S, train.chol), "system: chol");
     roln_sym_solve(n, S, A, d);
     add(n * (n + 1), S), add(n, d);
 }
@@ -382,6 +394,125 @@ static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, 
     }
 }
 
+/* Scratch of the parts with lines of their own. */
+typedef union {
+    wheel_work work;
+    wheel_doubt_ahead_work ahead;
+    wheel_plan_next_work plan;
+    wheel_plan_tighten_work tighten;
+} known_work;
+
+/* Evidence e from the first quarter of a recording. Its deviations and their correlation time are from the second half. Then the
+   doubt of states under each law of growth, every third state far outside, and a roll-out with the covariance of its states. */
+static void hash_doubt(const wheel_params *p, const roln_real *y, const roln_real *yd, roln_real h, wheel_evidence *e,
+                       known_work *w)
+{
+    static wheel_outlook o;
+    int start[40] = {0}, halves, k;
+    roln_batch b = {1, SAMPLES / 4 - 1, 1, start, y, yd, NULL, NULL};
+    wheel_state x;
+    wheel_latent z;
+    wheel_doubts d;
+    must(wheel_evidence_add(p, &b, e, &train.wheel.evidence_add), "doubt: evidence");
+    add(1, &e->count), add(ROLN_TRI(wheel_terms), e->L);
+    for (k = 0; k < 40; k++) start[k] = SAMPLES / 2 + 6 * k;
+    b.count = 40, b.steps = 2;
+    must(wheel_fit_doubt(p, &b, h, e, &train.wheel.fit_doubt), "doubt: deviations");
+    add_integer((uint32_t)e->halves), add(4, e->always), add(4, e->grows);
+    b.count = 4, b.steps = 16;
+    must(wheel_fit_outlook(p, &b, h, e, &train.wheel.fit_outlook), "doubt: time");
+    add(1, &e->lasts);
+    for (halves = e->halves, k = 0; k < 60; k++) {
+        memcpy(x.q, y + 16 * k, sizeof x.q), memcpy(x.qd, yd + 16 * k, sizeof x.qd);
+        must(wheel_encode(p, &x, &z, &w->work.encode), "doubt: encode");
+        if (k % 3 == 2) z.z[0] *= 2, z.z[1] += 2, z.zd[1] *= 4;
+        e->halves = k % (ROLNI_GROWTHS + 2);
+        must(wheel_doubt(p, e, &z, &d, &w->work.doubt), "doubt");
+        add(1, &d.novelty), add(2, d.zdd), add(2, d.force);
+    }
+    e->halves = halves;
+    for (k = 0; k < 50; k++) {
+        must(wheel_doubt_ahead(p, e, &z, y + 2 * k, h / 8, &o, &w->ahead), "doubt: ahead");
+        add(2, z.z), add(2, z.zd), add(16, o.P), add(8, o.C);
+    }
+}
+
+/* Limits from two recordings, whose velocities serve as torques, too. Then NAME_guard_tick and NAME_tick in turn, with blows and
+   new states: first with a residual that follows alarms, then with a fixed one. */
+static void hash_alarms(const wheel_params *p, const roln_real *y, const roln_real *yd, roln_real h, const wheel_evidence *e,
+                        known_work *w)
+{
+    static wheel_guard guard;
+    const int start[2] = {0, SAMPLES / 2};
+    const roln_batch b = {2, 99, 1, start, y, yd, NULL, yd};
+    roln_limits limits = {.dt = h, .hold = 1, .residual_window = 5, .evidence = e->L, .false_alarms = ROLN_C(0.1)};
+    wheel_target r = {.kp = {4, 2}, .kd = {4, 2}};
+    wheel_state x;
+    wheel_latent z;
+    roln_real tau[2], rate[2], limit;
+    int k;
+    must(wheel_fit_limits(p, &b, ROLN_C(1.25), &limits, tau, rate, &train.wheel.fit_limits), "alarms: limits");
+    add(1, &limits.margin), add(1, &limits.residual), add(1, &limits.novelty), add(2, tau), add(2, rate);
+    add(1, &limits.q_tolerance), add(1, &limits.qd_tolerance);
+    limits.margin = 100, limits.q_tolerance = limits.qd_tolerance = 1;
+    must(wheel_encode_reference(p, y, yd, NULL, &r, &w->work.encode_reference), "alarms: aim");
+    for (k = 0; k < 2 * SAMPLES; k++) {
+        const int at = k % SAMPLES;
+        uint32_t faults;
+        if (k == SAMPLES) memset(&guard, 0, sizeof guard), limits.false_alarms = 0, limits.residual /= 2;
+        memcpy(x.q, y + 2 * at, sizeof x.q), memcpy(x.qd, yd + 2 * at, sizeof x.qd);
+        if (at % 128 > 80 && at % 8 < 4) x.qd[0] += ROLN_C(0.25);
+        if (at % 100 == 50) x.q[0] *= 8;
+        must(wheel_encode(p, &x, &z, &w->work.encode), "alarms: encode");
+        faults = k % 2 ? wheel_guard_tick(p, &limits, &x, &z, yd + 2 * at, &guard, &w->work.guard_tick)
+                       : wheel_tick(p, &limits, &x, &r, &z, &guard, &w->work.tick);
+        add_integer(faults), add(2, guard.tau), add(1, &guard.g.energy), add(1, &guard.g.power), add(1, &guard.g.residual);
+        add(1, &guard.g.sum), add(1, &guard.g.raised), add_integer(guard.g.since), add_integer(guard.g.alarms);
+        limit = rolni_residual_limit(&limits, &guard.g), add(1, &limit);
+        if (faults & ROLN_FAULT_EXPIRED) guard.g.bad = 0, guard.g.faults = 0, guard.g.alarms = 0; /* its limit stays */
+    }
+}
+
+/* Plans with limits of joints and of a sum of velocities. Each is tightened by what the plan before does not know. */
+static void hash_tightened(const wheel_params *p, const wheel_latent *start, roln_real h, const wheel_evidence *e, known_work *w)
+{
+    static const roln_real weight[2] = {1, 1}, ref[2] = {0, ROLN_C(0.5)}, u[1] = {ROLN_C(0.0625)}, C[2] = {1, ROLN_C(0.5)};
+    static const roln_real low[2] = {-1, ROLN_C(-0.25)}, high[2] = {1, ROLN_C(0.25)}, B[2] = {0, 1};
+    static roln_real joints[wheel_steps * 2], velocity[wheel_steps], reserve[wheel_steps];
+    static wheel_plan plan;
+    const roln_motors motor = {1, B, ROLN_C(0.125)};
+    const roln_limits limits = {.dt = h / 4, .margin = 1000, .tau = ROLN_C(0.5), .rate = ROLN_C(0.5) / h, .motors = &motor};
+    const roln_term term[3] = {{.of = ROLN_OF_Q, .weight = weight, .ref = ref, .last = 1},
+                               {.of = ROLN_OF_Q, .weight = weight, .low = low, .high = high, .tighten = joints},
+                               {.of = ROLN_OF_ZD, .count = 1, .C = C, .weight = weight, .low = low, .tighten = velocity}};
+    const roln_goal goal = {.dt = h / 2, .terms = 3, .term = term, .u = u, .limits = &limits, .reserve = reserve};
+    wheel_latent z = *start;
+    int k, i;
+    for (k = 0; k < 5; k++) {
+        roln_real torque[1];
+        must(wheel_plan_next(p, &goal, &z, &plan, &w->plan), "tightened: plan");
+        must(wheel_plan_follow(p, &goal, &plan, h / 4, &z, torque), "tightened: follow");
+        add(8, plan.u), add(32, plan.K), add(1, torque), add(1, &plan.plan.cost), add(1, &plan.plan.duality_gap);
+        must(wheel_plan_tighten(p, e, &goal, &plan, term + 1, 2, joints, &w->tighten), "tightened: joints");
+        must(wheel_plan_tighten(p, e, &goal, &plan, term + 2, 2, velocity, &w->tighten), "tightened: velocity");
+        must(wheel_plan_tighten(p, e, &goal, &plan, NULL, 2, reserve, &w->tighten), "tightened: reserve");
+        add(2 * wheel_steps, joints), add(wheel_steps, velocity), add(wheel_steps, reserve);
+        for (i = 0; i < wheel_steps; i++) reserve[i] = ROLN_MIN(reserve[i], limits.tau / 2);
+        z = plan.s[1];
+    }
+}
+
+/* The parts with lines of their own. z: where plans start. */
+static void hash_known(const wheel_params *p, const roln_real *y, const roln_real *yd, const wheel_latent *z, roln_real h,
+                       known_work *w)
+{
+    static wheel_evidence e;
+    line = DOUBT, hash_doubt(p, y, yd, h, &e, w);
+    line = ALARMS, hash_alarms(p, y, yd, h, &e, w);
+    line = TIGHTENED, hash_tightened(p, z, h, &e, w);
+    line = FIRST;
+}
+
 /* Two of the joints, the second one turning round. */
 static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
 {
@@ -395,6 +526,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
         wheel_lqr_work lqr;
         wheel_filter_tick_work filter;
         wheel_plan_next_work plan;
+        known_work known;
     } scratch;
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
@@ -438,6 +570,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     add(4, K), add(16, P);
     hash_filter(&p, y, h, &scratch.filter);
     hash_plan(&p, &limits, &z, h, &scratch.plan);
+    hash_known(&p, y, yd, &z, h, &scratch.known);
 }
 
 /* Two of the joints again, with polynomials. */
@@ -478,6 +611,18 @@ static void hash_crane(const roln_real *q, const roln_real *qd, roln_real h, uin
         must(crane_linear(&p, &next, y + 2 * k, h / 8, &j, &scratch.linear), "crane: linear");
         must(crane_step(&p, &z, y + 2 * k, h / 8, &scratch.work.step), "crane: step");
         add(2, z.z), add(2, z.zd), add(2, next.z), add(16, j.A), add(8, j.B);
+    }
+}
+
+static void put_hashes(void)
+{
+    static const char *const part[LINES] = {"", "doubt ", "alarms ", "tightened "};
+    int k;
+    put_text("\n");
+    for (k = 0; k < LINES; k++) {
+        put_text(sizeof(roln_real) == 4 ? "float " : "double "), put_text(part[k]);
+        put_hex(hash[k], 16);
+        put_text("\n");
     }
 }
 
@@ -534,8 +679,6 @@ int main(void)
     hash_newton(q, qd, qdd, h, &s);
     hash_wheel(q, qd, h, &s);
     hash_crane(q, qd, h, &s);
-    put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
-    put_hex(hash, 16);
-    put_text("\n");
+    put_hashes();
     return 0;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* firmware.c - what a model adds to firmware that controls and predicts, and with TRAIN learns: sizes.sh takes flash and RAM of
-   this object file, and the stack of its functions. With WORST it filters, too, and can take the longest way (longest_way.h). */
+   this object file, and the stack of its functions. With FILTER, OBSERVE or DOUBT it calls that, too; with WORST it calls all three
+   and can take the longest way (longest_way.h). */
 
 #define ROLN_FLASH __attribute__((section(".rodata.weights")))
 #ifdef WORST
@@ -28,9 +29,39 @@ struct learner learner;
 #define PARAMS (&M(weights))
 #endif
 
+#if defined FILTER || defined OBSERVE || defined DOUBT
+struct estimates estimates;
+#endif
+#ifdef WORST
+#define MEASURED estimates.y
+#define GIVEN(name) (&estimates.name)
+#else
+#define MEASURED control.x.q
+#define GIVEN(name) (&name)
+#define CONST __attribute__((weak)) const /* weak: the compiler may not use its numbers */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic" /* [0 ... N - 1] */
+#ifdef FILTER
+extern const roln_noise noise;
+CONST roln_noise noise = {.dt = DT, .q = 1e-3f, .tau = 0.1f, .gate = 5, .lost = 3};
+#endif
+#ifdef OBSERVE
+extern const M(observer_gains) gains;
+CONST ROLN_FLASH M(observer_gains) gains = {.dt = DT, .lost = 3, .q = {[0 ... N - 1] = 1e-3f}, .e = {[0 ... N - 1] = 2e-3f}};
+#endif
+#ifdef DOUBT
+extern const M(evidence) known;
+CONST ROLN_FLASH M(evidence) known = {.count = 1, .L = {[0 ... ROLN_TRI(M(terms)) - 1] = 1}};
+#endif
+#pragma GCC diagnostic pop
+#endif
+
 roln_status tick(void)
 {
-    static const roln_limits limits = { /* every check is made */
+    static const roln_limits limits = { /* every check is made, with DOUBT that of novelty, too */
+#ifdef DOUBT
+        .evidence = GIVEN(known)->L, .novelty = 1e9f,
+#endif
         .dt = DT, .margin = 0.1f, .residual = 1e9f, .tau = 1e9f, .hold = 5, .q_tolerance = 1e9f, .qd_tolerance = 1e9f};
     struct control *c = &control;
     return M(tick)(PARAMS, &limits, &c->x, &c->ref, &c->s, &c->guard, &scratch.control.tick) != 0 ? ROLN_E_RANGE : ROLN_OK;
@@ -41,26 +72,28 @@ roln_status ahead(void)
     return M(step)(PARAMS, &control.s, control.guard.tau, DT, &scratch.control.step);
 }
 
-#ifdef WORST
-struct estimates estimates;
-
+#ifdef FILTER
 roln_status filter(void)
 {
     struct estimates *e = &estimates;
-    M(filter_tick)(PARAMS, &e->noise, e->y, control.guard.tau, &e->filter, &e->work);
+    M(filter_tick)(PARAMS, GIVEN(noise), MEASURED, control.guard.tau, &e->filter, &e->work);
     return e->filter.f.valid ? ROLN_OK : ROLN_E_RANGE;
 }
+#endif
 
+#ifdef OBSERVE
 roln_status observe(void)
 {
     struct estimates *e = &estimates;
-    M(observer_tick)(PARAMS, &e->gains, e->y, control.guard.tau, &e->observer, &e->observing);
+    M(observer_tick)(PARAMS, GIVEN(gains), MEASURED, control.guard.tau, &e->observer, &e->observing);
     return e->observer.f.valid ? ROLN_OK : ROLN_E_RANGE;
 }
+#endif
 
+#if defined WORST || defined DOUBT
 roln_status doubt(void)
 {
-    return M(doubt)(PARAMS, &estimates.known, &control.s, &estimates.doubts, &scratch.control.doubt);
+    return M(doubt)(PARAMS, GIVEN(known), &control.s, &estimates.doubts, &scratch.control.doubt);
 }
 #endif
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* firmware.h - between firmware.c, which is measured, and measure.c, which measures. MODEL is the ROLN_NAME of a config header that
-   is named after it; with TRAIN the firmware learns, too. */
+   is named after it. With TRAIN the firmware learns, too. With FILTER or OBSERVE it estimates velocities. With DOUBT it calls
+   NAME_doubt, and its guard checks novelty. With WORST it has filter, observer and doubt, for longest.c. */
 #ifndef FIRMWARE_H
 #define FIRMWARE_H
 
@@ -37,16 +38,28 @@ roln_status tick(void);  /* NAME_tick, every check on: control.x to control.guar
 roln_status ahead(void); /* one step of the prediction from control.s */
 
 #ifdef WORST
+#define FILTER
+#define OBSERVE
+#endif
+#if defined FILTER || defined OBSERVE || defined DOUBT
 extern struct estimates {
+#ifdef FILTER
     M(filter) filter;
     M(filter_tick_work) work;
-    roln_noise noise;
+#endif
+#ifdef OBSERVE
     M(observer) observer;
     M(observer_tick_work) observing;
+#endif
+#if defined WORST || defined DOUBT
+    M(doubts) doubts;
+#endif
+#ifdef WORST /* longest.c writes them; else firmware.c has them in flash, and y is control.x.q */
+    roln_noise noise;
     M(observer_gains) gains;
     M(evidence) known;
-    M(doubts) doubts;
     roln_real y[N];
+#endif
 } estimates;
 
 roln_status filter(void);  /* one tick of the filter */
@@ -64,6 +77,18 @@ extern struct learner {
 } learner;
 
 roln_status train(void); /* gradient of the acceleration loss of a sample and of the ODE loss of a window, update of all weights */
+#endif
+
+/* The function that this firmware has beside those that control, if it is one. */
+#if defined TRAIN
+#define MORE train
+#elif defined WORST
+#elif defined FILTER
+#define MORE filter
+#elif defined OBSERVE
+#define MORE observe
+#elif defined DOUBT
+#define MORE doubt
 #endif
 
 #endif

@@ -64,7 +64,7 @@ int main(void)
 {
     uint32_t most[7][2] = {{0}};
     for (int k = 0; k < STATES; k++) {
-        setup(NULL), longer(most[0], tick, go_on);
+        setup(NULL), longer(most[0], tick, know);
         setup(NULL), longer(most[1], ahead, go_on);
         setup(NULL), longer(most[2], filter, follow);
         longer(most[3], filter, lose);

@@ -39,8 +39,10 @@ int main(void)
 {
     uint32_t stack[3] = {0, 0, 0};
 #ifdef TRAIN
-    enum { ROUNDS = 3 };
     learner.p = *weights;
+#endif
+#ifdef MORE
+    enum { ROUNDS = 3 };
 #else
     enum { ROUNDS = 20 };
     uint32_t least = UINT32_MAX, most = 0;
@@ -59,11 +61,15 @@ int main(void)
         }
         for (int i = 0; i < N; i++)
             learner.qdd[i] = (learner.qd[N + i] - learner.qd[i]) / weights->dt;
-        deepest(&stack[2], depth(train));
+#endif
+#ifdef MORE
+        deepest(&stack[2], depth(MORE));
 #endif
     }
-    print("tick", stack[0], 0), print("ahead", stack[1], 0), print("train", stack[2], 0);
-#ifndef TRAIN
+    print("tick", stack[0], 0), print("ahead", stack[1], 0);
+#ifdef MORE
+    print(STRING(MORE), stack[2], 0);
+#else
     for (int k = 0; k < STATES; k++) {
         setup(NULL);
         const uint32_t empty = count(nothing), used = count(tick) - empty;

@@ -55,13 +55,20 @@ for t in $(grep -oh 'tests/[a-z/_]*[.]c: [a-z_0-9]*' $texts | sed 's/: /:/' | so
 done
 # README's bytes are those of docs/firmware.md, which make sizes compares
 for m in chain pend16; do
-    bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')
+    bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}' | head -n 3)
     check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$bytes' ]"
 done
 # README's MHz for 1 kHz are twice the instructions of task.md: of a tick; and of the observer; or of the filter by leapfrog
 for m in chain pend16; do
     mhz=$(awk -F '[|] *' -v m="$m, M4F " '$2 == m { printf "%.0f/%.0f/%.0f", 2 * $3, 2 * ($3 + $7), 2 * ($3 + $6) }' docs/task.md)
     check "[ '$(grep "^| $m:" README.md | awk -F '[|] *' '{ print $7 }' | tr -d ', ')' = '$mhz' ]"
+done
+# MHz that evidence adds for 1 kHz: from twice the instructions of firmware.md of a tick, without and with it
+more=$(awk -F '[|] *' '/^[|] (chain|pend16), M4F [|] [0-9.]+ [|]/ {
+    printf "%d ", sprintf("%.0f", 2 * $9) - sprintf("%.0f", 2 * $3) }' docs/firmware.md)
+check "grep 'evidence.* adds $(echo $more | sed 's/ / and /') MHz' README.md"
+for f in docs/firmware.md docs/task.md; do
+    check "grep 'evidence. adds $(echo $more | sed 's/ / MHz (chain) or /') MHz (pend16)' $f"
 done
 # task.md's instructions of a tick, a step, filters and an observer at worst are those of docs/firmware.md, too
 worst() { awk -F '[|] *' "$1" "docs/$2.md" | tr -d ' '; }
