@@ -233,6 +233,27 @@ static void test_slip(void)
     CHECK_BELOW(before * ROLN_C(0.9), d.novelty);
 }
 
+/* A range near the largest number: terms of a state in it overflow, and it is refused. */
+static void test_overflow(void)
+{
+    static plain_params p;
+    static plain_evidence e, kept;
+    static plain_train w;
+    roln_real most = 1, far[2] = {0, 0}, still[2] = {0, 0};
+    const roln_batch one = {1, 0, 1, NULL, far, still, NULL, NULL};
+    int i;
+    plain_model_of(&p);
+    p.scale.q = 1;
+    while (roln_finite(2 * most))
+        most *= 2;
+    far[0] = ROLN_C(1.25) * most;
+    for (i = 0; i < 2; i++)
+        p.z_min[i] = 0, p.z_max[i] = ROLN_C(1.5) * most, p.zd_max[i] = 1;
+    memset(&e, 0, sizeof e);
+    kept = e;
+    CHECK(plain_evidence_add(&p, &one, &e, &w.evidence_add) == ROLN_E_NOT_FINITE && memcmp(&e, &kept, sizeof e) == 0);
+}
+
 /* A machine at rest for a long time: the state that evidence begins with is not forgotten, and no state near rest is new. */
 static void test_rest(void)
 {
@@ -338,6 +359,7 @@ void TEST_NAME(doubt)(void)
     test_ring();
     test_far();
     test_slip();
+    test_overflow();
     test_rest();
     test_units_of_laws();
     test_damaged();
