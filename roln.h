@@ -411,11 +411,11 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 
 typedef struct {
     roln_real dt;     /* time from tick to tick, s */
-    roln_real margin; /* of the range, as a part of its width */
+    roln_real margin; /* of the range: of z as a part of its width, of zd as a part of the largest */
     roln_real residual; /* largest residual of the energy rate, W (in the unit of the model's energy, if its forces had none); 0: it
                            is not checked */
     roln_real tau;    /* largest torque of each joint (or input) */
-    int hold;         /* bad ticks in a row for which the last good torque is held */
+    int hold;         /* bad ticks in a row for which the last torque is held; with false_alarms alarms in a row, too */
     roln_real q_tolerance;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
     roln_real qd_tolerance; /* largest |qd - J zd| of a joint; 0: no check */
     /* what follows may be left out */
@@ -5569,7 +5569,7 @@ ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evid
    r = exp(-dt / lasts) and C = E[(z, zd) x^T] it is, linearised,
        P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = r (A C + G).
    Deviations of z, zd are the roots of the diagonal of P. s and o are untouched unless ROLN_OK. Status of NAME_doubt, NAME_linear;
-   ROLN_E_RANGE also if dt < 0, or e knows no time (NAME_fit_outlook; behind NAME_fit_doubt alone it is one step of that);
+   ROLN_E_RANGE also if dt < 0, or e->lasts is 0. NAME_fit_outlook sets it; NAME_fit_doubt sets it to its dt, which is too short;
    ROLN_E_NOT_SPD: a variance has become negative by rounding, in a roll-out that has gone astray. Cost: NAME_linear, NAME_doubt and
    20 n^3 multiply-adds. */
 ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, ROLN_(latent) *s,
@@ -6526,9 +6526,9 @@ ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   residual_window, strict, safe, evidence and false_alarms are yours and stay. margin, residual, q_tolerance, qd_tolerance and,
-   with evidence, novelty become slack times what these recordings need at least, margin no less than 0.1; the others are 0, not
-   checked, where nothing was needed, and so is false_alarms where the residual is. With ROLN_DRIVEN the residual is 0. With
+   residual_window, strict, safe and evidence are yours and stay; false_alarms, too, but it becomes 0 where the residual is.
+   margin, residual, q_tolerance, qd_tolerance and, with evidence, novelty become slack times what these recordings need at least,
+   margin no less than 0.1; the others are 0, not checked, where nothing was needed. With ROLN_DRIVEN the residual is 0. With
    false_alarms = a the residual is no such multiple: of W windows of residual_window ticks the a (W + 1) with the largest are at it
    or beyond (split conformal prediction), if that is at least one. With b->tau, tau_each and rate_each [force_size] become slack
    times the largest torque of each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all.
@@ -6927,9 +6927,9 @@ typedef struct {
 /* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. e begins with a state that is large
    in each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float)
    the oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range),
-   or a state lies beyond it by more than half its width, as after a slip of an encoder: as float such a state would outweigh all
+   or a state lies beyond it, z by half its width, zd by half the largest, as after a slip of an encoder: it would outweigh all
    others; ROLN_E_NOT_FINITE, also of a state whose terms overflow; status of NAME_encode. States before a bad one were added.
-   Cost a state with n = 4: NAME_encode and 20,000 multiply-adds. */
+   Cost a state with n = 4: NAME_encode and 23,000 multiply-adds. */
 ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch *b, ROLN_(evidence) *e,
                                         ROLN_(evidence_add_work) *w)
 {
