@@ -43,7 +43,8 @@ static void read_joints(int word, char *named)
         char *end;
         const long k = strtol(text, &end, 10);
         if (end == text || k < 1 || k > (int)M(N) || (*end && *end != ','))
-            fail("%s=%s: numbers of joints, 1 .. %d, apart by commas", words[word].key, words[word].value, (int)M(N));
+            fail("%s=%s: expected numbers of joints\nhint: 1 .. %d, apart by commas", words[word].key, words[word].value,
+                 (int)M(N));
         named[k - 1] = 1, text = end + (*end == ',');
     }
 }
@@ -82,13 +83,13 @@ static void check_start(void)
             fail("ignore=%s is for models whose coordinates are the joints\nhint: leave it out", words[IGNORE].value);
     }
     if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0 && strcmp(words[BEGIN].value, "auto") != 0)
-        fail("start=%s: auto, random or regression", words[BEGIN].value);
+        fail("start=%s: expected auto, random or regression\nhint: leave start= out for auto", words[BEGIN].value);
     if (!starts_there()) return;
     if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
-    if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
+    if (words[FROM].value) fail("start=regression and from=: networks begin at one of them\nhint: leave one of them out");
     if (!start_possible())
         fail("start=regression is for models whose coordinates are the joints, without ROLN_INPUTS, ROLN_ACTUATOR, ROLN_DRIVEN, "
-             "SPD layers and a learned base point");
+             "SPD layers and a learned base point\nhint: leave start= out");
 }
 
 /* Fits it to what is trained with, and prints it. With seconds= below 100 it is smaller, and of fewer samples. */

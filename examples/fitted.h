@@ -450,7 +450,7 @@ static void write_settings(const char *verdict)
     fprintf(f,
             "/* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were\n"
             "   written with it, fitted to recordings.\n"
-            "   Include it behind the header of the config. */\n");
+            "   Include it behind the header of the config and the weights. */\n");
     if (verdict) fprintf(f, MARK "%s */\n", verdict);
     fprintf(f, "#ifndef ROLN_H\n#error \"include the header of the config, " STRING(MODEL) ".h, first\"\n#endif\n");
     fprintf(f,
@@ -460,6 +460,10 @@ static void write_settings(const char *verdict)
                            MODEL) "_force_size == %d ? 1 : "
                                   "-1];\n",
             (int)M(N), (int)M(N), (int)M(force_size));
+    fprintf(f,
+            "#if defined " STRING(MODEL) "_WEIGHTS_SUM && " STRING(MODEL) "_WEIGHTS_SUM != 0x%08lx\n#error \"" STRING(
+                MODEL) "_limits.h and " STRING(MODEL) "_weights.h are of two trainings: take both of one\"\n#endif\n",
+            (unsigned long)(weights_sum & 0xffffffff));
     put_evidence(f);
     put_limits(f);
     put_noise(f);

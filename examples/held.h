@@ -5,11 +5,12 @@
 
        held=0.1    one recording alone, several files or a column map: blocks, spread over all recordings, of a tenth of their time.
                    One file of several recordings in the order t, q, qd, tau: the last tenth of them
-       held=b.csv  the recordings of these files; a name is the end of a path, with * for any letters; more of them behind commas
+       held=b.csv  the recordings of these files; a name is the end of a path, with * for any letters; more of them behind commas;
+                   each is one of a file
        held=none   nothing: blocks of a tenth are trained with and tested with
 
-   A block is as long as two looks, or as a tenth of all recordings if that is less. Next to a block the filter mixes samples of
-   both sides, so as much of the recording as it sees is used for neither. */
+   A block is as long as two looks, and 20 samples at least, or as a tenth of all recordings if that is less. Next to a block the
+   filter mixes samples of both sides, so as much of the recording as it sees is used for neither. */
 
 #ifndef HELD_H
 #define HELD_H
@@ -72,7 +73,7 @@ static int rebuild(motion *m, const cuts *all)
    each side are used for neither. twice: blocks are trained with, too. */
 static int hold_blocks(motion *m, double fraction, double seconds, int margin, int twice)
 {
-    const double all = fraction * m->samples, most = seconds / m->dt;
+    const double all = fraction * m->samples, most = fmax(20, seconds / m->dt);
     const int length = (int)fmax(3, fmin(most, all)), count = (int)fmax(1, floor(all / length + 0.5));
     cuts list = {NULL, 0};
     int block = 0, k;
@@ -101,31 +102,58 @@ static int hold_blocks(motion *m, double fraction, double seconds, int margin, i
     return k;
 }
 
-/* Nonzero if a path ends with a name that one of the patterns fits, apart by commas. */
-static int is_named(const char *path, const char *patterns)
+/* Nonzero if a path ends with a name that a pattern fits. */
+static int is_named(const char *path, const char *pattern, int length)
 {
     const int n = (int)strlen(path);
-    while (*patterns) {
-        const int length = (int)strcspn(patterns, ",");
-        int i;
-        for (i = 0; i < n && length > 0; i++)
-            if ((i == 0 || path[i - 1] == '/' || path[i - 1] == '\\') && fits(patterns, length, path + i, n - i)) return 1;
-        patterns += length + (patterns[length] == ',');
-    }
+    int i;
+    for (i = 0; i < n; i++)
+        if ((i == 0 || path[i - 1] == '/' || path[i - 1] == '\\') && fits(pattern, length, path + i, n - i)) return 1;
     return 0;
 }
 
-/* The recordings of the files that are named so are held out. */
+/* The recordings of the files that are named so, by patterns apart by commas, are held out. */
 static int hold_files(motion *m, const char *names)
 {
+    char *const held = room((size_t)m->trajectories + 1, 1);
     cuts list = {NULL, 0};
     int trained, k;
     list.p = room((size_t)m->trajectories + 1, sizeof *list.p);
+    while (*names) {
+        const int length = (int)strcspn(names, ",");
+        int found = 0;
+        for (k = 0; k < m->trajectories; k++)
+            if (is_named(m->file[k], names, length)) held[k] = 1, found++;
+        if (length > 0 && found == 0)
+            fail("held=%.*s: no recording is of such a file\nhint: a number, none, or the ends of paths, with * for any letters",
+                 length, names);
+        names += length + (names[length] == ',');
+    }
     for (k = 0; k < m->trajectories; k++)
-        add_cut(&list, k, m->first[k], m->first[k + 1], is_named(m->file[k], names));
+        add_cut(&list, k, m->first[k], m->first[k + 1], held[k]);
+    free(held);
     trained = rebuild(m, &list);
     free(list.p);
     return trained;
+}
+
+/* Refuses a recording of 20 samples or more that is there twice: the model would be tested with what it was trained with. */
+static void refuse_twins(const motion *m)
+{
+    const size_t row = (size_t)m->N * sizeof *m->q;
+    int a, b, i;
+    for (a = 1; a < m->trajectories; a++)
+        for (b = 0; b < a; b++) {
+            const int n = m->first[a + 1] - m->first[a];
+            const roln_real *const q = m->q + m->first[a] * m->N;
+            if (n < 20 || m->first[b + 1] - m->first[b] != n) continue;
+            if (memcmp(q, m->q + m->first[b] * m->N, (size_t)n * row) != 0) continue;
+            for (i = 1; i < n && memcmp(q, q + i * m->N, row) == 0;)
+                i++;
+            if (i < n) /* it moves */
+                fail("%s:%d: the same motion as the recording at %s:%d\nhint: every recording once; held=none permits it",
+                     m->file[a], m->line[m->first[a]], m->file[b], m->line[m->first[b]]);
+        }
 }
 
 /* Sorts recordings by held=. Returns how many are trained with; look: seconds that are predicted ahead. */
@@ -135,6 +163,7 @@ static int hold_out(motion *m, const char *held, double look)
     char *end;
     const double fraction = strtod(held, &end);
     if (strcmp(held, "none") == 0) return hold_blocks(m, 0.1, 2 * look, 0, 1);
+    refuse_twins(m);
     if (end != held && *end == 0) {
         if (!(fraction >= 0 && fraction <= 1))
             fail("held=%s: expected a number, 0 .. 1\nhint: held=0.1, none, or names of files", held);

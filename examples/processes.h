@@ -49,8 +49,8 @@ static void begin_processes(void)
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_size(MPI_COMM_WORLD, &processes), MPI_Comm_rank(MPI_COMM_WORLD, &process);
     before_end = let_first_speak;
-    if (atexit(end_others) != 0) fail("atexit is out of room");
-    if (process > 0 && !freopen("/dev/null", "w", stdout)) fail("cannot open /dev/null");
+    if (atexit(end_others) != 0) fail("atexit is out of room\nhint: start it again");
+    if (process > 0 && !freopen("/dev/null", "w", stdout)) fail("cannot open /dev/null: %s\nhint: is it there?", strerror(errno));
 #endif
 }
 

@@ -8,7 +8,10 @@
    bytes are those of train.c, which records the range of z that the rounding needs: from a model without one (z_min < z_max)
    nothing is written. Writes MODEL_weights.h, the C definition for flash. */
 
+#include <errno.h>
+#include <signal.h>
 #include <stdio.h>
+#include <string.h>
 
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
@@ -25,24 +28,39 @@ static void put_file(void *ctx, const char *text)
     fputs(text, (FILE *)ctx);
 }
 
+static int failed(const char *path, const char *what, const char *hint)
+{
+    fprintf(stderr, "%s: %s\nhint: %s\n", path, what, hint);
+    return 1;
+}
+
 int main(int argc, char **argv)
 {
     static unsigned char bytes[M(full_packed_size) + 1];
     static M(params) params;
     static M(start) work;
-    const char *path = STRING(MODEL) "_weights.h";
-    FILE *f = argc == 2 ? fopen(argv[1], "rb") : NULL;
+    const char *path = STRING(MODEL) "_weights.h", *part = STRING(MODEL) ".part";
+    FILE *f;
     roln_status st;
-    int count;
-    if (!f) return fprintf(stderr, "usage: quantise MODEL.roln, a file that can be read\n"), 1;
+    int count, good;
+    if (argc != 2) return fprintf(stderr, "usage: quantise MODEL.roln\nhint: the bytes that train.c writes\n"), 1;
+    if (!(f = fopen(argv[1], "rb"))) return failed(argv[1], strerror(errno), "check the path");
     count = (int)fread(bytes, 1, sizeof bytes, f);
     fclose(f);
     st = M(quantise)(count, bytes, &params, &work.quantise);
     if (st == ROLN_E_RANGE)
-        return fprintf(stderr, "%s: no range z_min < z_max (NAME_fit_range), or a weight that no half can hold\n", argv[1]), 1;
-    if (st != ROLN_OK) return fprintf(stderr, "%s: %s\n", argv[1], roln_status_text(st)), 1;
-    f = fopen(path, "w");
-    if (!f || M(write)(&params, put_file, f) != ROLN_OK || fclose(f) != 0) return fprintf(stderr, "cannot write %s\n", path), 1;
+        return failed(argv[1], "no range z_min < z_max, or a weight that no half can hold", "range.c, or NAME_fit_range");
+    if (st != ROLN_OK) return failed(argv[1], roln_status_text(st), "is it of this config, but for ROLN_QUANTISE, and whole?");
+#ifdef SIGXFSZ
+    signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */
+#endif
+    if (!(f = fopen(part, "w"))) return failed(part, strerror(errno), "a directory that may be written to");
+    good = M(write)(&params, put_file, f) == ROLN_OK && !ferror(f);
+    good = fclose(f) == 0 && good;
+#ifdef _WIN32
+    if (good) remove(path); /* rename does not replace there */
+#endif
+    if (!good || rename(part, path) != 0) return remove(part), failed(path, strerror(errno), "make room; the old file stays");
     printf("%s: %u bytes of flash instead of %u\n", path, (unsigned)sizeof params,
            (unsigned)(sizeof params + 4u * (M(full_size) - M(theta_size))));
     return 0;

@@ -42,8 +42,7 @@ static void put_in_place(FILE *f, const char *out, const char *ending, int good)
 {
     char part[512], whole[512];
     sprintf(part, "%s.part", out), sprintf(whole, "%s%s", out, ending);
-    good = !ferror(f) && good;
-    good = fclose(f) == 0 && good;
+    good = close_whole(f) && good;
 #ifdef _WIN32
     if (good) remove(whole); /* rename does not replace there */
 #endif
@@ -63,7 +62,7 @@ int main(int argc, char **argv)
     wanted w = {.model = STRING(MODEL), .N = M(N), .inputs = M(inputs), .angles = M(angles), .each = M(own)};
     file_list files = {NULL, 0};
     const char *out = NULL;
-    int i, wrong = 0;
+    int i;
     motion d;
     FILE *f;
     for (i = 1; i < argc; i++) {
@@ -75,15 +74,13 @@ int main(int argc, char **argv)
         }
         *eq = 0;
         if (read_key(&w, argv[i], eq + 1)) continue;
-        if (strcmp(argv[i], "dt") == 0) w.dt = strtod(eq + 1, &end);
-        else {
-            const long half = strtol(eq + 1, &end, 10);
-            wrong |= strcmp(argv[i], "smooth") != 0 || half < 1 || half > 100000;
-            w.half = (int)half, w.qd_unused = 1;
-        }
-        wrong |= end == eq + 1 || *end;
+        if (strcmp(argv[i], "smooth") != 0)
+            fail("unknown setting %s\nhint: smooth=, dt=, filter=, t=, q=, qd= or tau=", argv[i]);
+        w.half = (int)strtol(eq + 1, &end, 10), w.qd_unused = 1;
+        if (end == eq + 1 || *end || w.half < 1 || w.half > 100000)
+            fail("smooth=%s: expected a whole number, 1 .. 100000\nhint: as in the training", eq + 1);
     }
-    if (wrong || files.count == 0)
+    if (files.count == 0)
         fail("usage: range motion.csv .. NAME [smooth=10] [q=2:7 ..]\nhint: NAME.roln holds the weights; settings are those of "
              "train");
     f = file(out, ".roln", "rb");

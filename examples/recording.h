@@ -481,6 +481,22 @@ static int find_unit(int kind, const char *text, int n)
     return best;
 }
 
+/* The unit of a kind that a name ends with behind _, if its numbers are not in rad, m, Nm ..: q1_deg, v_deg_s; -1: none. */
+static int unit_ending(int kind, piece name)
+{
+    int best = -1, longest = 0, i, k;
+    for (i = 0; i < UNITS; i++) {
+        const char *const unit = known_units[i].name;
+        const int n = (int)strlen(unit), from = name.n - n;
+        if (known_units[i].kind != kind || known_units[i].per || known_units[i].factor == 1 || n <= longest) continue;
+        if (from < 2 || name.at[from - 1] != '_') continue;
+        for (k = 0; k < n && (name.at[from + k] == unit[k] || (unit[k] == '/' && name.at[from + k] == '_'));)
+            k++;
+        if (k == n) best = i, longest = n;
+    }
+    return best;
+}
+
 /* Nonzero if it is a unit of a coordinate, velocity or torque other than rad, m, Nm .. */
 static int is_other_unit(piece w)
 {
@@ -725,7 +741,7 @@ static sheet open_sheet(motion *d, const wanted *w)
     const size_t mapped = w->columns[OF_Q] ? 32768 : 0;
     sheet s = {0};
     size_t lines;
-    s.size = 65536 + 64 * (1 + 3 * w->N), s.most = mapped ? (int)mapped : 2 + 3 * w->N;
+    s.size = (mapped ? 1 << 20 : 65536) + 64 * (1 + 3 * w->N), s.most = mapped ? (int)mapped : 2 + 3 * w->N;
     s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room((size_t)s.most, sizeof *s.v);
     s.w = room((size_t)s.most, sizeof *s.w), s.name = room((size_t)s.most, sizeof *s.name);
     if (mapped) s.units = room((size_t)s.size, 1);
@@ -762,7 +778,8 @@ static int next_line(const char *path, sheet *s)
              path, s->row);
     if (s->text[n - 1] == '\n') s->text[n - 1] = 0;
     else if (!feof(s->f))
-        fail("%s:%d: more than %d letters in a line\nhint: write a CSV, a line for each sample", path, s->row, s->size - 2);
+        fail("%s:%d: more than %d letters in a line\nhint: a line for each sample, without columns that are not used", path,
+             s->row, s->size - 2);
     while (strncmp(s->text, mark, 3) == 0)
         memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
@@ -895,21 +912,35 @@ static void plain_fields(motion *d, const sheet *s, int names)
     }
 }
 
+/* Tells of the first unit in a name that would change numbers. */
+static void note_units(const motion *d, const sheet *s, int names)
+{
+    int c, ending;
+    for (c = 1; c < names && c < d->count; c++) {
+        piece unit = in_brackets(s->name[c]);
+        if (unit.n == 0 && (ending = unit_ending(d->fields[c].kind, s->name[c])) >= 0)
+            unit.at = known_units[ending].name, unit.n = (int)strlen(unit.at);
+        if (is_other_unit(unit)) {
+            note_unit(d, s->header_row, c + 1, unit);
+            return;
+        }
+    }
+}
+
 /* The first sample tells what the columns are. */
 static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
 {
     const int most = s->most, names = read_names(d, s, n, most), had_qd = d->has_qd, had_tau = d->has_tau;
-    int c;
     columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
     check_names(d, s, names);
     s->named = names > 0;
     if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
-    for (c = 1; c < names; c++)
-        if (is_other_unit(in_brackets(s->name[c]))) break;
-    if (c < names && d->samples == 0) note_unit(d, s->header_row, c + 1, in_brackets(s->name[c]));
     s->columns = n;
     if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
-    else plain_fields(d, s, names);
+    else {
+        plain_fields(d, s, names);
+        note_units(d, s, names);
+    }
 }
 
 /* The time and the line of a sample, which is then complete. */
@@ -1172,8 +1203,8 @@ static piece unit_text(const sheet *s, int column, const piece *unit, int units)
 static int unit_said(const motion *d, const sheet *s, const choice *c, int column, const piece *unit, int units)
 {
     const piece x = unit_text(s, column, unit, units);
-    int found = x.n > 0 ? find_unit(c->kind, x.at, x.n) : -1;
-    if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
+    int found = x.n > 0 ? find_unit(c->kind, x.at, x.n) : s->named && column > 0 ? unit_ending(c->kind, s->name[column - 1]) : -1;
+    if (x.n > 0 && found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
     if (c->unit >= 0) {
         if (found >= 0 && known_units[found].factor != known_units[c->unit].factor)
             say("%s:%d: column %d is in %s, but %s=%s says %s, which counts\n", d->path, s->header_row, column,
@@ -1376,7 +1407,9 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         begin_mapped(d, w, s, n);
     }
     n = split(s->apart, s->text, s->most, s->w);
-    if (n > s->most) n = s->most;
+    if (n > s->columns)
+        fail("%s:%d: %d columns, the %s has %d\nhint: text that holds a separator stands in quotes", d->path, s->row, n,
+             s->named ? "header" : "first row", s->columns);
     for (kind = OF_Q; kind < KINDS && whole; kind++) {
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
         whole = mapped_numbers(d, w, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
@@ -1479,7 +1512,8 @@ typedef struct {
 /* A gap of more than so many steps splits a recording. */
 #define GAP 5.5
 
-/* Recordings begin where t starts again: it goes back by half of a recording or more. Any other step back is refused. */
+/* Recordings begin where t starts again: it goes back by half of a recording or more, of a short one to its beginning. Any other
+   step back is refused. */
 static void split_restarts(motion *d)
 {
     const size_t most = (size_t)d->samples + 1;
@@ -1491,7 +1525,9 @@ static void split_restarts(motion *d)
             const double step = i > d->first[k] ? d->t[i] - d->t[i - 1] : -1, zero = d->origin[k];
             if (step >= 0) continue;
             if (i > d->first[k]) {
-                if ((d->clock && step < -43200) || -step < 0.5 * (d->t[i - 1] - d->t[first[parts - 1]]))
+                const double begin = d->t[first[parts - 1]];
+                const int few = i - first[parts - 1] < 20; /* so few are rather rows in a wrong order */
+                if ((d->clock && step < -43200) || -step < 0.5 * (d->t[i - 1] - begin) || (few && d->t[i] > begin))
                     fail("%s:%d: t goes back from %.12g to %.12g s\nhint: %s", d->file[k], d->line[i], d->t[i - 1] + zero,
                          d->t[i] + zero,
                          d->clock && step < -43200

@@ -61,7 +61,7 @@ static void tell_errors(const regression *r, motion *m, int train)
 static int number_at(const char *text, int most, char **end)
 {
     const long x = strtol(text, end, 10);
-    if (*end == text || x < 1 || x > most) fail("%s: expected a number from 1 to %d", text, most);
+    if (*end == text || x < 1 || x > most) fail("%s: expected a number\nhint: a whole one, 1 .. %d", text, most);
     return (int)x;
 }
 
@@ -72,7 +72,7 @@ static void read_sliders(const char *text, int N, double *turn)
     for (;; text = end + 1) {
         turn[number_at(text, N, &end) - 1] = 0;
         if (*end == 0) return;
-        if (*end != ',') fail("sliders=%s: numbers of joints, apart by commas", text);
+        if (*end != ',') fail("sliders=%s: expected numbers of joints\nhint: apart by commas, such as 2,5", text);
     }
 }
 
@@ -99,14 +99,12 @@ int main(int argc, char **argv)
         if (read_key(&w, argv[i], eq + 1)) continue;
         if (strcmp(argv[i], "held") == 0) held = eq + 1;
         else if (strcmp(argv[i], "sliders") == 0) sliders = eq + 1;
-        else if (strcmp(argv[i], "dt") == 0) {
-            w.dt = strtod(eq + 1, &end);
-            if (end == eq + 1 || *end || !(w.dt > 0)) fail("dt=%s: expected seconds", eq + 1);
-        } else fail("%s=: expected held=, sliders=, dt=, filter= or columns", argv[i]);
+        else fail("unknown setting %s\nhint: held=, sliders=, dt=, filter=, t=, q=, qd= or tau=", argv[i]);
     }
-    if (files.count == 0) fail("usage: regress motion.csv .. JOINTS [held=0.1] [sliders=2,5] [q=2:7 ..]");
+    if (files.count == 0)
+        fail("usage: regress motion.csv .. JOINTS [held=0.1] [sliders=2,5] [q=2:7 ..]\nhint: JOINTS is their number");
     w.N = number_at(joints, REGRESSION_JOINTS, &end);
-    if (*end) fail("%s: expected the number of joints", joints);
+    if (*end) fail("%s: expected the number of joints\nhint: it stands behind the files", joints);
     for (j = 0; j < w.N; j++)
         turn[j] = 2 * acos(-1.0);
     if (sliders) read_sliders(sliders, w.N, turn);
@@ -114,12 +112,12 @@ int main(int argc, char **argv)
     (void)add_noise, (void)smooth; /* are the trainer's */
     train = hold_out(&d, held, 1);
     if (train < 1 || train >= d.trajectories) fail("%s: nothing is left to fit, or nothing held out\nhint: held=0.1", d.path);
-    printf("%d recordings (%d held out), %d samples of %g s, %d joints\n", d.trajectories, d.trajectories - train, d.samples, d.dt,
-           d.N);
+    printf("%d parts of the recordings (%d held out), %d samples of %g s, %d joints\n", d.trajectories, d.trajectories - train,
+           d.samples, d.dt, d.N);
     source = (regression_source){train, d.first, d.dt, sample, &d};
     r = regression_new(d.N, turn);
     st = regression_fit(&r, &source);
-    if (st != REGRESSION_OK) fail("%s: %s", d.path, regression_status_text(st));
+    if (st != REGRESSION_OK) fail("%s: %s\nhint: recordings of more, and faster, motion", d.path, regression_status_text(st));
     regression_tell(&r, stdout);
     tell_errors(&r, &d, train);
     regression_free(&r);

@@ -33,10 +33,11 @@ static void read_smoother(const char *path)
     unsigned char *bytes = room(M(packed_size) + 1, 1);
     FILE *f = fopen(path, "rb");
     roln_status st;
-    if (!f) fail("smoother=%s: cannot be opened: %s", path, strerror(errno));
+    if (!f) fail("smoother=%s: cannot be opened: %s\nhint: OUT.roln of a training of this config", path, strerror(errno));
     st = M(unpack)((int)fread(bytes, 1, M(packed_size) + 1, f), bytes, &smoother.p);
     fclose(f), free(bytes);
-    if (st != ROLN_OK) fail("smoother=%s: no weights of this config: %s", path, roln_status_text(st));
+    if (st != ROLN_OK)
+        fail("smoother=%s: no weights of this config: %s\nhint: OUT.roln of a training of it", path, roln_status_text(st));
 }
 
 /* How unknown torques of joints compare: as what accelerates each by the same part of its largest velocity; of a driven joint this
@@ -71,7 +72,9 @@ static void fit_smoother(const motion *m)
     b.count = b.count < FILTER_TICKS / WINDOW_TICKS ? b.count : FILTER_TICKS / WINDOW_TICKS;
     smoother.noise.dt = (roln_real)m->dt, smoother.noise.gate = 0, smoother.noise.lost = 5;
     st = M(fit_noise)(&smoother.p, &b, &smoother.noise, smoother.q_each, compare_torques(smoother.tau_each), &work[0].fit_noise);
-    if (st != ROLN_OK) fail("smoother=: no noise fits these recordings: %s", roln_status_text(st));
+    if (st != ROLN_OK)
+        fail("smoother=: no noise fits these recordings: %s\nhint: weights of a good training; or leave smoother= out",
+             roln_status_text(st));
     for (j = 0; j < (int)M(N) && !smoother.noise.tau_each; j++)
         smoother.tau_each[j] = smoother.noise.tau;
     smoother.noise.tau_each = smoother.tau_each;

@@ -41,6 +41,9 @@
 #include <pthread.h>
 #endif
 #include <errno.h>
+#ifdef _POSIX_C_SOURCE
+#include <fcntl.h>
+#endif
 #include <signal.h>
 
 #define STRING_(x) #x
@@ -71,7 +74,7 @@ static struct {
     {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
     {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
-    {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
+    {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps; a step is 20 ms, or a sample if that is longer; 0: none"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS, ROLN_ACTUATOR; 0: no force does work"},
     {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
@@ -90,6 +93,7 @@ static struct {
     {"resume", 0, 0, 1, 1, "1, or --resume: go on from OUT.check; without it that is kept as OUT.check.old"},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings };
+static char given[SETTINGS]; /* nonzero: by an argument */
 static struct {
     const char *key, *value, *help;
 } words[] = {
@@ -101,7 +105,7 @@ static struct {
     {"filter", "auto", "Hz: low-pass of q, qd and tau without phase; auto: above what the spectrum shows of motion; off"},
     {"held", "0.1", "what is held out: a part of the recordings, names of files, or none"},
     {"spread", NULL, "more recordings to train with: files, folders, apart by commas; with MPI each is read by one process"},
-    {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
+    {"test", NULL, "a second file of recordings, for a table of errors; smoothed like motion.csv if it has no qd"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
     {"start", "auto", "regression: networks begin at that of the torques; random; auto: regression with torque=1, joints as z"},
@@ -159,6 +163,35 @@ static double set(const char *key)
     return 0;
 }
 
+static int is_adam(void)
+{
+    return strcmp(words[METHOD].value, "adam") == 0;
+}
+
+/* The autoencoder is trained by itself: n = N reconstructs q exactly, and a chart is in closed form. */
+enum { LAYERED = (int)M(n) < (int)M(N) && (int)M(degree) == 0 };
+
+/* Says which settings change nothing. */
+static void tell_unused(void)
+{
+    const struct {
+        const char *keys, *need;
+        int there;
+    } needs[] = {{" steps ", "method=newton", !is_adam()},
+                 {" acc lr_net ", "method=adam", is_adam()},
+                 {" ae lr_ae ", "an autoencoder of layers", LAYERED || is_adam()},
+                 {" ridge ", "ROLN_POLYNOMIALS", (int)M(polynomials)},
+                 {" inertia force ", "torque=1", set("torque") > 0}};
+    size_t i, k;
+    char key[32];
+    for (k = 0; k < SETTINGS; k++)
+        for (i = 0; i < sizeof needs / sizeof *needs && given[k]; i++) {
+            snprintf(key, sizeof key, " %s ", settings[k].key);
+            if (strstr(needs[i].keys, key) && !needs[i].there)
+                printf("%s= changes nothing here: it counts with %s\n", settings[k].key, needs[i].need);
+        }
+}
+
 /* Nonzero if inputs act: torque=1, or driven joints. */
 static int acts(void)
 {
@@ -175,7 +208,7 @@ static void read_setting(size_t k, const char *text)
     if (x < settings[k].low || x > settings[k].high || (settings[k].whole && x != floor(x)))
         fail("%s=%s: expected %s %g .. %g\nhint: --help says what %s= sets", settings[k].key, text,
              settings[k].whole ? "a whole number," : "a number,", settings[k].low, settings[k].high, settings[k].key);
-    settings[k].value = x;
+    settings[k].value = x, given[k] = 1;
 }
 
 static file_list inputs; /* motion.csv .. */
@@ -306,6 +339,7 @@ static struct {
 } s;
 
 static motion d, unseen; /* of motion.csv, and of test= */
+static uint64_t weights_sum;     /* of OUT_weights.h */
 static double torque_scale = 1; /* of d, unseen and s, while it trains, in that of the recordings */
 static int train; /* its first trajectories; the others are held out */
 static double began, launched; /* seconds() and elapsed() count from there */
@@ -386,8 +420,7 @@ static FILE *file(const char *suffix, const char *mode)
 /* Zero, and a warning, if not all of it was written. */
 static int close_file(FILE *f, const char *suffix)
 {
-    const int bad = ferror(f);
-    if (fclose(f) == 0 && !bad) return 1;
+    if (close_whole(f)) return 1;
     cannot_write(suffix);
     return 0;
 }
@@ -404,6 +437,25 @@ static int put_in_place(FILE *f, const char *suffix)
     if (good && rename(part.text, whole.text) != 0) cannot_write(suffix), good = 0;
     if (!good) remove(part.text);
     return good;
+}
+
+static void leave_place(void)
+{
+    remove(name_of(".lock").text);
+}
+
+/* Refuses a place where another training writes. */
+static void claim_place(void)
+{
+#ifdef _POSIX_C_SOURCE
+    struct flock all = {0};
+    const int lock = open(name_of(".lock").text, O_RDWR | O_CREAT, 0666); /* the system ends it with the program */
+    all.l_type = F_WRLCK, all.l_whence = SEEK_SET;
+    if (lock >= 0 && fcntl(lock, F_SETLK, &all) != 0 && (errno == EACCES || errno == EAGAIN))
+        fail("out=%s: another training is writing these files\nhint: another out=, such as out=%s_2", words[OUT].value,
+             words[OUT].value);
+    atexit(leave_place);
+#endif
 }
 
 /* Says before a training what could not be written after it: no such directory, a full disk, a file that may not be changed. */
@@ -1071,8 +1123,7 @@ static void look(void)
 /* Updates of a stage; of Gauss-Newton 1: it ends by itself. */
 static int updates_of(int stage)
 {
-    const int adam = strcmp(words[METHOD].value, "adam") == 0;
-    const int layers = (int)M(n) < (int)M(N) && M(degree) == 0; /* n = N reconstructs q exactly */
+    const int adam = is_adam(), layers = LAYERED;
     return stage == LAYERS ? layers * (int)set("ae") : stage == ADAM ? adam * (int)set("acc") : !adam;
 }
 
@@ -1202,12 +1253,12 @@ static int is_there(const char *suffix)
     return f != NULL;
 }
 
-/* Weights of an earlier training are kept as OUT.roln.old and OUT_weights.h.old until this one is judged good. Good ones
-   stay there in any case. Weights that this training goes on from are not kept. Returns the number of files kept. */
+/* Weights and limits of an earlier training get .old behind their names. If the kept ones were judged good, and those that are
+   there were not, they stay. Weights that this training goes on from are not kept. Returns the number of files kept. */
 static int keep_old(void)
 {
     if (marked("_weights.h") && (set("resume") > 0 || (is_there("_weights.h.old") && !marked("_weights.h.old")))) return 0;
-    return keep(".roln") + keep("_weights.h");
+    return keep(".roln") + keep("_weights.h") + keep("_limits.h");
 }
 
 /* OUT.roln and OUT_weights.h; mark: what the header says of the weights, NULL: nothing. Zero if they cannot be written. */
@@ -1233,6 +1284,10 @@ static int write_weights(const char *mark)
     if (strcmp(words[DELAY].value, "0") != 0)
         fprintf(f, "\n/* s from the stamp of a torque to its effect, in the recordings (docs/control.md, \"Delay\") */\n"
                    "#define %s_DELAY ROLN_C(%.6g)\n", STRING(MODEL), delay_found);
+    weights_sum = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV);
+    fprintf(f,
+            "\n#define " STRING(MODEL) "_WEIGHTS_SUM 0x%08lx /* the same in " STRING(MODEL) "_limits.h, which belongs to them */\n",
+            (unsigned long)(weights_sum & 0xffffffff));
     return put_in_place(f, "_weights.h") && good;
 }
 
@@ -1249,6 +1304,7 @@ static void rescue(void)
     fflush(stdout);
     fprintf(stderr, "no trained model: the training ended at step %d, for the reason above; weights of step %d are written\n", step,
             s.best_step);
+    leave_place();
     end_at_once(UNTRAINED);
 }
 
@@ -1372,7 +1428,7 @@ static int report(void)
 {
     const char *const by = ended[0] ? ended : limit;
     char text[sizeof doubts + sizeof ended + 100], *c;
-    int kept, i;
+    int kept;
     judge_training();
     begun = 0, kept = keep_old();
     if (!write_weights("not judged: the table of errors was not finished"))
@@ -1387,10 +1443,7 @@ static int report(void)
              words[OUT].value);
     fit_settings(), write_settings(doubts[0] ? text : NULL), write_page(doubts[0] ? text : NULL);
     write_next();
-    for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
-        remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
-    if (kept > 0 && doubts[0])
-        printf("the weights that were there before are %s.roln.old and %s_weights.h.old\n", words[OUT].value, words[OUT].value);
+    if (kept > 0) printf("what was there before is kept: %s.roln.old, %s_weights.h.old ..\n", words[OUT].value, words[OUT].value);
     if (!doubts[0]) tell_success();
     fflush(stdout);
     if (doubts[0])
@@ -1409,18 +1462,24 @@ static void smooth_positions(motion *m)
     m->reach = fmax(m->reach, half * m->dt);
 }
 
-/* Three joints or more: hinges, by the units of the column map or of the file, that the networks see as numbers. */
+/* Three joints or more: hinges, by the units of the column map or of the file, that the networks see as numbers. No unit is known:
+   they may be hinges. */
 static void tell_hinges(void)
 {
     unsigned hinges = M(angles);
-    int k;
+    int unknown = 1, k;
     if (!JOINTS || (int)M(N) < 3 || (int)M(N) > ROLN_ANGLES_MAX) return;
     for (k = 0; k < d.count; k++) {
         const field *f = &d.fields[k];
         const int unit = f->kind == OF_Q ? find_unit(OF_Q, f->unit, (int)strlen(f->unit)) : -1;
         if (unit >= 0 && strcmp(known_units[unit].si, "rad") == 0) hinges |= 1u << f->index;
+        unknown &= f->kind != OF_Q || unit < 0;
     }
-    if (hinges == (unsigned)M(angles)) return;
+    if (hinges == (unsigned)M(angles)) {
+        if (!hinges && unknown)
+            say("hint: if q are hinges in rad, #define ROLN_ANGLES gives the networks their cosines and sines\n");
+        return;
+    }
     say("hint: these hinges are numbers to the networks; for their cosines and sines: #define ROLN_ANGLES");
     for (k = 0; k < (int)M(N); k++)
         say("%s %u", k ? "," : "", hinges >> k & 1);
@@ -1548,8 +1607,9 @@ int main(int argc, char **argv)
     launched = began = now();
     read_settings(argc, argv);
     check_start();
+    tell_unused();
     catch_signals();
-    if (process == 0) check_place();
+    if (process == 0) check_place(), claim_place();
     read_all();
     atexit(rescue);
     fit_baseline();

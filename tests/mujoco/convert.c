@@ -41,6 +41,16 @@ static double positive(const char *text, double most)
     return end != text && *end == 0 && x > 0 && x <= most ? x : 0;
 }
 
+/* Nonzero if there is a file that begins as HDF5 does. */
+static int is_h5(const char *path)
+{
+    char begin[4] = "";
+    FILE *f = fopen(path, "rb");
+    const size_t n = f ? fread(begin, 1, sizeof begin, f) : 0;
+    if (f) fclose(f);
+    return n == sizeof begin && !memcmp(begin, "\211HDF", 4);
+}
+
 static int convert(const layout *want, const char *from, const char *to)
 {
     demos d;
@@ -69,6 +79,7 @@ static int convert_apart(const layout *want, const char *from, const char *to)
     }
     if (child < 0 || waitpid(child, &status, 0) != child) return perror("convert"), 1;
     if (WIFEXITED(status)) return WEXITSTATUS(status);
+    demos_forget(to);
     fprintf(stderr, "%s: reading it ended with signal %d\nhint: possible cause: a damaged file, on which the HDF5 library crashes "
             "or does not end\n", from, WTERMSIG(status));
     return 1;
@@ -88,6 +99,10 @@ int main(int argc, char **argv)
         else if (!strncmp(argv[i], "states=", 7) && positive(argv[i] + 7, 1e5) >= 1) want.states = (int)positive(argv[i] + 7, 1e5);
         else if (!strncmp(argv[i], "dt=", 3) && positive(argv[i] + 3, 1e6) > 0) want.dt = positive(argv[i] + 3, 1e6);
         else return fprintf(stderr, "%s: no such setting, or no positive number\n", argv[i]), usage();
+    }
+    if (is_h5(argv[2])) {
+        fprintf(stderr, "%s: HDF5, which would be lost\nhint: the second name is that of the CSV; one file at a time\n", argv[2]);
+        return 1;
     }
     return convert_apart(&want, argv[1], argv[2]);
 }

@@ -55,10 +55,23 @@ static void put_time(FILE *f, double x)
     fputs(text, f);
 }
 
+/* What a file is called until it is whole; NULL: a name that is too long. */
+static const char *part_of(const char *path)
+{
+    static char part[4096];
+    return snprintf(part, sizeof part, "%s.part", path) < (int)sizeof part ? part : NULL;
+}
+
+void demos_forget(const char *path)
+{
+    if (part_of(path)) remove(part_of(path));
+}
+
 int demos_write_csv(const demos *d, int test, const char *path)
 {
     const size_t wide = (size_t)demos_wide(d);
-    FILE *f = fopen(path, "w");
+    const char *const part = part_of(path);
+    FILE *f = part ? fopen(part, "w") : NULL;
     if (!f) {
         perror(path);
         return -1;
@@ -76,8 +89,8 @@ int demos_write_csv(const demos *d, int test, const char *path)
         }
     }
     const int bad = ferror(f);
-    if (!fclose(f) && !bad) return 0;
-    perror(path);
+    if (!fclose(f) && !bad && !rename(part, path)) return 0;
+    perror(path), remove(part);
     return -1;
 }
 

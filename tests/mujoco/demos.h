@@ -27,6 +27,7 @@ int demos_wide(const demos *d);
 int demos_add(demos *d, int samples, int test, const double *row); /* copies */
 void demos_free(demos *d);
 int demos_write_csv(const demos *d, int test, const char *path);
+void demos_forget(const char *path); /* removes what a process that was killed in the middle wrote */
 /* Adds the recordings of such a file, of N joints. What is behind q and qd are forces. */
 int demos_read_csv(demos *d, const char *path);
 int demos_write_h5(const demos *d, const char *model, const char *path);

@@ -164,10 +164,30 @@ check 'another one over them: they are kept' cmp $early.roln.old $dir/interrupte
 rm -f $early.* ${early}_*
 echo good > $early.roln
 echo good > ${early}_weights.h
+echo good > ${early}_limits.h
 for seed in 1 2; do
     check "worse than before: seed $seed" short $dir/joints $dir/small.csv steps=1 seed=$seed out=$early
-    check "worse than before: seed $seed, the old ones" grep good $early.roln.old ${early}_weights.h.old
+    check "worse than before: seed $seed, the old ones" grep good $early.roln.old ${early}_weights.h.old ${early}_limits.h.old
 done
+# headers of weights and limits of two trainings do not compile together
+echo '#include "joints.h"' > $dir/both.c
+echo '#include "early_weights.h"' >> $dir/both.c
+echo '#include "early_limits.h"' >> $dir/both.c
+check 'weights and limits of one training' gcc -std=c99 -I. -I$dir -fsyntax-only -Werror $dir/both.c
+check 'others' short $dir/joints $dir/small.csv steps=1 seed=3 out=$dir/other
+cp $dir/other_weights.h ${early}_weights.h
+check 'weights and limits of two trainings' sh -c "! gcc -std=c99 -I. -I$dir -fsyntax-only $dir/both.c 2> $dir/two.log &&
+    grep 'are of two trainings: take both of one' $dir/two.log"
+# one training at a time writes to a place
+$dir/joints $dir/small.csv steps=100000 window=0 out=$early > $early.log 2>&1 &
+until grep -q Gauss $early.log 2> /dev/null; do sleep 0.1; done
+check 'another training there' says "^out=$early: another training is writing these files" \
+    $dir/joints $dir/small.csv steps=1 out=$early
+kill -INT $!
+wait $!
+check 'another training there: the first one ends' grep '^wrote' $early.log
+check 'behind it nothing is left of that' test ! -e $early.lock
+check 'and its place is free' short $dir/joints $dir/small.csv steps=1 seed=2 out=$early
 
 rm -rf $dir
 echo "$passed passed, $failed failed"

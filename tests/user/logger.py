@@ -285,6 +285,13 @@ def columns():
     said_by = lines(lambda t, r: [t] + [v / degree for v in r[:4]] + [v * 1e3 for v in r[4:]],
                     head="t,a [deg],b [deg],va [deg/s],vb [deg/s],m1 (mNm),m2 (mNm)\n")
     same("units by names", said_by, "q=a,b", "qd=va,vb", "tau=m*")
+    said = same("units at the end of names", lines(lambda t, r: [1e3 * t] + [v / degree for v in r[:4]] + [v * 1e3 for v in r[4:]],
+                head="t_ms,a_deg,b_deg,va_deg_s,vb_deg_s,m1_mNm,m2_mNm\n"), "t=t_ms", "q=?_deg", "qd=v*", "tau=m*")
+    check("units at the end of names: the table", re.search(r" a_deg +q1 +deg ", said) and re.search(r" qd2 +deg/s ", said), said)
+    same("text that holds a separator, in quotes", lines(lambda t, r: ['"warn, 1.0"' if t > 1 else "", t] + r,
+                                                         head="text," + PLAIN), *MAP)
+    more = "".join(f",more{i}" for i in range(9000))
+    same("9,000 columns", lines(lambda t, r: [t] + r + [0] * 9000, head=PLAIN[:-1] + more + "\n"), *MAP)
     row = "ms;deg;deg;rpm;rpm;Nm;Nm\n"
     same("a row of units", lines(in_row, apart=";", head=PLAIN.replace(",", ";") + row), *MAP)
     same("the map before the row of units", lines(lambda t, r: in_row(t, r)[:5] + [1e3 * v for v in r[4:]], apart=";",
@@ -316,11 +323,12 @@ def several():
         write(text, "folder/" + name)
         order.append(truth(part[0])[0])
     write("nothing", "folder/notes.md")
+    write("name,ms\n", "folder/o_errors.csv")
     dt, parts, said = read("a folder", folder, *MAP)
     check("a folder: in the order of numbers", [round(p[0][0], 5) for p in parts] == [round(x, 5) for x in order], said)
     off = max(abs(r[c] - truth(0.02 + 0.01 * i)[c]) for i, r in enumerate(parts[2]) for c in (0, 1, 2, 3, 6, 7))
     check("a folder: a pattern takes the columns of all files in one order", off < 1e-3, off)
-    check("a folder: told", re.search(r"folder: 1 other files are not read\n", said), said)
+    check("a folder: told", re.search(r"folder: 2 other files are not read\n", said), said)
     check("a folder: all of it", "3 files: 3 recordings, 900 samples\n" in said, said)
     dt, parts, said = read("files", f"{folder}/run10.csv", f"{folder}/run1.csv", *MAP)
     check("files", [round(p[0][0], 5) for p in parts] == [round(order[k], 5) for k in (2, 0)], said)
@@ -339,10 +347,19 @@ def several():
     trained("held= a file", r"^3 trajectories \(1 held out\), 900 samples", folder, *MAP, "held=run10.csv")
     trained("held= a pattern", r"^3 trajectories \(2 held out\), 900 samples", folder, *MAP, "held=run1*")
     trained("held= two files", r"^3 trajectories \(2 held out\), 900 samples", folder, *MAP, "held=run1.csv,run2.csv")
-    plain = write(table(times) + b"\n" + table(times) + b"\n" + table(times), "three.csv")
+    three = [table([t + 0.1 * k for t in times]) for k in range(3)]
+    plain = write(b"\n".join(three), "three.csv")
     trained("several recordings in one file: the last one", r"^3 trajectories \(1 held out\), 900 samples", plain)
     code, out, err = run("train", folder, *MAP, "held=run7.csv", f"out={DIR}/o")
-    check("held= no file", code == 1 and "held=run7.csv: at least 1 to train with and 1 held out" in err and "hint: " in err, err)
+    check("held= no file", code == 1 and "held=run7.csv: no recording is of such a file\nhint: " in err, err)
+    code, out, err = run("train", folder, *MAP, "held=run1.csv,run7.csv", f"out={DIR}/o")
+    check("held= one that is no file", code == 1 and "held=run7.csv: no recording" in err, err)
+    one, two = write(three[0], "one.csv"), write(three[1] + b"\n" + three[0], "two.csv")
+    code, out, err = run("train", one, two, f"out={DIR}/o")
+    check("a recording twice", code == 1 and re.search(
+        r"two.csv:304: the same motion as the recording at .*one.csv:2\nhint: ", err), err)
+    code, out, err = run("train", one, two, "steps=1", "held=none", f"out={DIR}/o")
+    check("a recording twice, held=none", code in (0, 3), err)
     code, out, err = run("train", f"{DIR}/nowhere", f"out={DIR}/o")
     check("no file", code == 1 and re.match(f"cannot read {DIR}/nowhere: .+\nhint: ", err), err)
     os.makedirs(f"{DIR}/empty", exist_ok=True)
@@ -499,6 +516,8 @@ def refusals():
             ("three gains", [bare, "t=1", "q=2:3", "tau=6:7,A*1,2,3"], r"tau=6:7,A\*1,2,3: 3 gains for 2 columns"),
             ("columns behind the unit", [bare, "t=1", "q=2,rad,3"], r'q=2,rad,3: "3" stands behind the unit'),
             ("a column twice", [bare, "t=1", "q=2:3", "qd=3:4"], r".*bare.csv:1: column 3 is used twice, by q=2:3 and qd=3:4"),
+            ("a separator inside text", [write(table(times, head="text," + PLAIN).replace(b"\n0", b"\n,0").replace(b"\n,0.5,",
+                b"\nwarn, 1.0,0.5,"), "w.csv"), *MAP], r".*w.csv:52: 9 columns, the header has 8\nhint: .* in quotes"),
             ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: no column is called a time\nhint: name it: t=1, say"),
             ("a map without q", [bare, "qd=4:5"], r".*bare.csv: a column map needs q="),
             ("no torques", [path, "q=q?", "qd=qd?", "torque=1"], r".*f.csv:2: torque=1 needs tau="),

@@ -465,14 +465,19 @@ root no group data or train
 END_OF_TABLE
 refuses 'plain.h5: data: there is no q' build/convert $dir/plain.h5 $dir/no.csv data=/
 check 'nothing was written of them' test ! -e $dir/no.csv
+cp $dir/plain.h5 $dir/second.h5
+says 'second.h5: HDF5, which would be lost' build/convert $dir/plain.h5 $dir/second.h5
+check 'it is not lost' cmp $dir/plain.h5 $dir/second.h5
 check 'root, told' build/convert $dir/root.h5 $dir/root.csv data=other
 build/h5_cases twice $dir/twice.h5
 check 'a stamp that comes twice on a steady clock' sh -c "build/convert $dir/twice.h5 $dir/twice.csv > $dir/twice.log &&
     grep 'a clock of 10 ms rounded to 10 ms' $dir/twice.log && grep 'twice.csv: 12 recordings of 2 joints' $dir/twice.log"
+echo old > $dir/cut.csv
 (ulimit -f 0; build/convert $dir/plain.h5 $dir/cut.csv; echo "ended with $?") 2>&1 | cat > $dir/signal.log
 check 'a signal' grep 'plain.h5: reading it ended with signal' $dir/signal.log
 check 'a signal, its hint and exit code' awk 'NR == 2 { ok = /^hint: possible cause/ } NR == 3 { ok = ok && /^ended with 1$/ }
     END { exit !ok || NR != 3 }' $dir/signal.log
+check 'a signal: the old file stays, and nothing beside it' sh -c "grep -x old $dir/cut.csv && test ! -e $dir/cut.csv.part"
 check 'damaged HDF5' python3 tests/safety/fuzz_files.py convert 300
 
 # ---- refused ----

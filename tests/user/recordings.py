@@ -272,6 +272,7 @@ CASES = [
     ("a missing row", b"0,1,2\n.01,1.02,2\n.03,1.06,2\n.04,1.08,2\n", "", printed([(1 + .02 * i, 2) for i in range(5)])),
     ("a row twice", b"0,1,2\n.01,1.02,2\n.01,1.02,2\n.02,1.04,2\n", "", printed([(1 + .02 * i, 2) for i in range(3)])),
     ("t starts again", b"0,1,2\n.01,1.02,2\n0,1,2\n.01,1.02,2\n", "", printed(*[[(1, 2), (1.02, 2)]] * 2)),
+    ("the first rows in another order", b"0,1,2\n.02,1,2\n.01,1,2\n.03,1,2\n", "", r":3: t goes back from 0.02 to 0.01 s"),
     ("t goes back", b"0,1,2\n.01,1,2\n.02,1,2\n.019,1,2\n.03,1,2\n", "", r":4: t goes back from 0.02 to 0.019 s"),
     # jumps
     ("a jump", b"0,3.1,1\n.01,3.11,1\n.02,-3.16,1\n.03,-3.15,1\n", "", r":3: q of joint 1 jumps by 6.27"),
@@ -335,6 +336,9 @@ TOLD = [
      r':1: column 3: its unit "deg/s" counts with a column map alone'),
     ("a unit in the row of units", b"t,q1,qd1\ns,deg,deg/s\n" + ROWS, "",
      r':2: column 2: its unit "deg" counts with a column map alone'),
+    ("a unit at the end of a name", b"t,q1_deg,qd1\n" + ROWS, "", r':1: column 2: its unit "deg" counts with a column map alone'),
+    ("a unit of a velocity at the end of a name", b"t,q1,qd1_deg_s\n" + ROWS, "", r':1: column 3: its unit "deg/s" counts with'),
+    ("the end of a name that is no unit", b"t,q1_left,qd1_rad_s\n" + ROWS, "", "!its unit"),
     ("a joint that stands still", of_columns(SINE, lambda t: 1, COSINE, NOTHING), "N=2",
      r"warning: .*f\.csv: joint 2 does not move in any recording: leave it out\n"),
     ("a dead encoder", of_columns(SINE, lambda t: 1, COSINE, COSINE), "N=2", r"joint 2 does not move .*a dead encoder, for its qd"),
