@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* spread.h - recordings for training, each in one process alone: the setting spread= of train.c.
+/* spread.h - the samples and windows that a step of train.c draws, also from recordings that one process alone has: spread=.
 
    One process reads and keeps each file of spread=. Together the files may be larger than the memory of a machine. All processes
    hold the other recordings, `d`. These decide the rate, the filter, the units and the first encoder. Tables and held-out

@@ -74,7 +74,7 @@ static struct {
     {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
     {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
-    {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps; a step is 20 ms, or a sample if that is longer; 0: none"},
+    {"window", 0.5, 0, 3600, 0, "s, length of a window: at most ROLN_HORIZON steps of 20 ms, or of a sample if that is longer; 0: none"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS, ROLN_ACTUATOR; 0: no force does work"},
     {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
@@ -552,6 +552,7 @@ typedef struct {
     char ran_away[THREADS][PARTS], overflowed[THREADS]; /* 1: a thread met such a window in a part; such a sample */
 } rows;
 
+/* Accelerations belong to the force at their instant, steps of windows to the mean force up to the next sample. */
 static roln_batch batch_of(const pool *p, const int *start, int count)
 {
     const motion *m = p->fetched ? &fetched : p->of;
@@ -1432,7 +1433,8 @@ static int report(void)
     judge_training();
     begun = 0, kept = keep_old();
     if (!write_weights("not judged: the table of errors was not finished"))
-        fail("weights are not written, as said above\nhint: make room, then go on from %s.check with --resume", words[OUT].value);
+        fail("weights are not written, as said above%s\nhint: make room, then go on from %s.check with --resume",
+             kept > 0 ? "; those that were there before end with .old" : "", words[OUT].value);
     summary();
     tables(0.7 * fmax(0, left() - reserve_of_next()));
     snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
