@@ -74,7 +74,7 @@ static struct {
     {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
     {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
-    {"window", 0.5, 0, 3600, 0, "s, length of a window: at most ROLN_HORIZON steps of 20 ms, or of a sample if that is longer; 0: none"},
+    {"window", 0.5, 0, 3600, 0, "s, length of a window: at most ROLN_HORIZON steps of 20 ms, or of one sample if longer; 0: none"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS, ROLN_ACTUATOR; 0: no force does work"},
     {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
