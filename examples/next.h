@@ -11,7 +11,7 @@
    its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
 
    A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
-   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, its rows are added
+   recordings start: in the box of their joints; if there are few, in that of all poses. Its torques are those of recordings. The best one is chosen, its rows are added
    to S, and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the
    largest.
 
@@ -29,6 +29,7 @@
 /* ---- 1 a recording that could be made ---- */
 
 enum { TRIED = 200, STATES = 24 }; /* recordings that are tried; states of each that count */
+enum { FEW = 10, POSES = 200 };   /* fewer recordings than FEW also start at so many poses of them */
 
 typedef struct {
     M(latent) from;
@@ -55,14 +56,14 @@ static void widen(int count, const roln_real *x, int first, roln_real *low, roln
         low[i] = first ? x[i] : ROLN_MIN(low[i], x[i]), high[i] = first ? x[i] : ROLN_MAX(high[i], x[i]);
 }
 
-/* Copies the first sample of each recording of d, q and qd in its units, and makes room for a recording that plays. Call it before
-   hold_out cuts d into blocks. Without next= it does nothing. */
+/* Copies the first sample of each recording of d, q and qd in its units; of few recordings poses all along, with the first qd. Makes
+   room for a recording that plays. Call it before hold_out cuts d into blocks. Without next= it does nothing. */
 static void remember_starts(void)
 {
     enum { N = M(N) };
     int k;
     if (set("next") == 0) return;
-    played.start = room((size_t)d.trajectories + 1, sizeof *played.start);
+    played.start = room((size_t)d.trajectories + POSES, sizeof *played.start);
     for (k = 0; k < d.trajectories; k++) {
         const int samples = d.first[k + 1] - d.first[k];
         M(state) *x = &played.start[played.starts];
@@ -70,6 +71,11 @@ static void remember_starts(void)
         played.samples = samples > played.samples ? samples : played.samples;
         memcpy(x->q, d.q + (size_t)d.first[k] * N, sizeof x->q), memcpy(x->qd, d.qd + (size_t)d.first[k] * N, sizeof x->qd);
         played.starts++;
+    }
+    for (k = 0; k < POSES && played.starts > 0 && d.trajectories < FEW; k++) {
+        const int at = (int)((double)k * d.samples / POSES);
+        M(state) *x = &played.start[played.starts++];
+        memcpy(x->q, d.q + (size_t)at * N, sizeof x->q), memcpy(x->qd, played.start[0].qd, sizeof x->qd);
     }
     played.m.q = room((size_t)played.samples * N, sizeof *d.q), played.m.qd = room((size_t)played.samples * N, sizeof *d.q);
     played.m.qdd = room((size_t)played.samples * N, sizeof *d.q);
@@ -130,28 +136,32 @@ static M(latent) draw_start(void)
 }
 
 /* The torques begin where recordings, or blocks of them, begin: all of one, or each of another. If there are few, they begin
-   anywhere. */
+   anywhere in the first half. */
 static proposal propose(void)
 {
-    enum { FEW = 10 };
     const int mixed = roln_randint(2, &s.seed);
     proposal c = {.from = draw_start()};
     int j;
     for (j = 0; j < (int)M(force_size); j++) {
-        const int any = d.trajectories < FEW ? roln_randint(d.samples, &s.seed) : d.first[roln_randint(d.trajectories, &s.seed)];
+        const int k = roln_randint(d.trajectories, &s.seed), samples = d.first[k + 1] - d.first[k];
+        const int any = d.first[k] + (d.trajectories < FEW ? roln_randint(samples / 2 + 1, &s.seed) : 0);
         c.torque[j] = mixed || j == 0 ? any : c.torque[0];
     }
     return c;
 }
 
-/* Sample i of column j of tau. A recording that ends begins again. */
-static roln_real torque_of(const proposal *c, int i, int j)
+/* Samples for which all torques of c last. */
+static int lasting(const proposal *c)
 {
-    const int k = first_above(d.first + 1, d.trajectories, c->torque[j]), first = d.first[k], samples = d.first[k + 1] - first;
-    return d.tau[(size_t)(first + (c->torque[j] - first + i) % samples) * M(force_size) + (size_t)j];
+    int samples = played.samples, j;
+    for (j = 0; j < (int)M(force_size) && acts(); j++) {
+        const int end = d.first[first_above(d.first + 1, d.trajectories, c->torque[j]) + 1];
+        if (end - c->torque[j] < samples) samples = end - c->torque[j];
+    }
+    return samples;
 }
 
-/* The model moves from c->from in `played`, up to where it leaves its range. */
+/* The model moves from c->from in `played`, up to where it leaves its range or where a recorded torque ends. */
 static void play(proposal *c)
 {
     enum { N = M(N), F = M(force_size) };
@@ -161,11 +171,12 @@ static void play(proposal *c)
     } scratch;
     M(latent) now = c->from, before;
     motion *m = &played.m;
+    const int samples = lasting(c);
     int i, j;
-    for (i = 0; i < played.samples && (i == 0 || M(in_range)(&s.p, &now)); i++) {
+    for (i = 0; i < samples && (i == 0 || M(in_range)(&s.p, &now)); i++) {
         M(state) x;
         for (j = 0; j < F && acts(); j++)
-            m->tau[i * F + j] = torque_of(c, i, j);
+            m->tau[i * F + j] = d.tau[(size_t)(c->torque[j] + i) * F + (size_t)j];
         if (M(decode)(&s.p, &now, &x, &scratch.decode) != ROLN_OK) break;
         memcpy(m->q + (size_t)i * N, x.q, sizeof x.q), memcpy(m->qd + (size_t)i * N, x.qd, sizeof x.qd);
         before = now;
@@ -406,7 +417,12 @@ static void write_next(void)
         play(c), put_proposal(f, c);
         known.told[count++ > 0] = c->gain, c->gain = 0;
     }
-    if (count == 0) printf("next recordings: none is chosen: %s\n", why ? why : "the model leaves its range at once");
+    if (count == 0)
+        printf("next recordings: none is chosen: %s\n",
+               why          ? why
+               : is_late()  ? "there was no time left"
+               : tried == 0 ? "none was tried"
+                            : "the model leaves its range, or the torques end, before 25 samples");
     else if (put_in_place(f, "_next.csv"))
         printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g nats, the last one %.3g\n", count, tried,
                name_of("_next.csv").text, known.told[0], known.told[count > 1]);

@@ -176,9 +176,10 @@ static void put_settings(FILE *f)
 static void put_training(FILE *f)
 {
     int seed = 0, i;
-    fputs("<p>The same command trains the same model:</p>\n<pre>", f);
+    fputs(set("resume") > 0 ? "<p>This run went on from a checkpoint of another command, by:</p>\n<pre>"
+                            : "<p>The same command trains the same model:</p>\n<pre>",
+          f);
     for (i = 0; i < argument_count; i++) {
-        if (strcmp(arguments[i], "--resume") == 0 || strncmp(arguments[i], "resume=", 7) == 0) continue;
         seed += strncmp(arguments[i], "seed=", 5) == 0;
         fputs(i ? " " : "", f), put_word(f, arguments[i]);
     }

@@ -67,22 +67,29 @@ static void list_spread(const char *names)
     apart = 0;
 }
 
+/* Goes on with a checksum over q, qd and tau of samples from .. to - 1. */
+static uint64_t sum_of(const motion *m, int from, int to, uint64_t sum)
+{
+    const size_t row = (size_t)m->N * sizeof *m->q, forces = (size_t)m->forces * sizeof *m->tau;
+    int i;
+    for (i = from; i < to; i++) {
+        sum = roln_fnv((int)row, (const unsigned char *)(m->q + (size_t)i * (size_t)m->N), sum);
+        sum = roln_fnv((int)row, (const unsigned char *)(m->qd + (size_t)i * (size_t)m->N), sum);
+        sum = roln_fnv((int)forces, (const unsigned char *)(m->tau + (size_t)i * (size_t)m->forces), sum);
+    }
+    return sum;
+}
+
 /* Reads file k. Messages about it go to *text. */
 static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m), char **text)
 {
     const size_t said = strlen(transcript);
-    const size_t row = (size_t)w->N * sizeof(roln_real);
     spread_file *f = &scattered.file[k];
     motion *m = &scattered.own[k];
-    int i;
     *m = read_recordings(1, &scattered.files.path[k], w);
     prepare(m);
     f->recordings = m->trajectories, f->samples = m->samples, f->sum = ROLN_FNV;
-    for (i = 0; i < m->samples; i++) {
-        f->sum = roln_fnv((int)row, (const unsigned char *)(m->q + (size_t)i * (size_t)m->N), f->sum);
-        f->sum = roln_fnv((int)row, (const unsigned char *)(m->qd + (size_t)i * (size_t)m->N), f->sum);
-        f->sum = roln_fnv(m->forces * (int)sizeof *m->tau, (const unsigned char *)(m->tau + (size_t)i * (size_t)m->forces), f->sum);
-    }
+    f->sum = sum_of(m, 0, m->samples, ROLN_FNV);
     if (transcript[said]) {
         f->said = 1, *text = room(strlen(transcript + said) + 1, 1);
         strcpy(*text, transcript + said), transcript[said] = 0;
@@ -133,6 +140,30 @@ static void count_spread(void)
         scattered.first[k + 1] += scattered.first[k];
 }
 
+/* Refuses a file that is there twice, or is one of d: its held-out part would be trained with. */
+static void refuse_spread_twins(void)
+{
+    uint64_t *const sum = room((size_t)d.trajectories + 1, sizeof *sum);
+    int files = 0, a, b;
+    for (a = 0; a < d.trajectories; a++) {
+        files += a == 0 || d.file[a] != d.file[a - 1];
+        if (a == 0 || d.file[a] != d.file[a - 1]) sum[files - 1] = ROLN_FNV;
+        sum[files - 1] = sum_of(&d, d.first[a], d.first[a + 1], sum[files - 1]);
+    }
+    for (a = 0; a < scattered.files.count; a++) {
+        const spread_file *f = &scattered.file[a];
+        for (b = 0; b < files && f->sum != sum[b]; b++)
+            ;
+        if (b < files)
+            fail("spread=: %s has the samples of a file that is read already\nhint: each file once", scattered.files.path[a]);
+        for (b = 0; b < a && (f->sum != scattered.file[b].sum || f->samples != scattered.file[b].samples); b++)
+            ;
+        if (b < a)
+            fail("spread=: %s and %s have the same samples\nhint: each file once", scattered.files.path[b], scattered.files.path[a]);
+    }
+    free(sum);
+}
+
 /* Reads the files of a list, with the columns and the filter of w. `prepare` then changes each as the trainer needs it. */
 static void read_spread(const char *names, const wanted *w, void (*prepare)(motion *m))
 {
@@ -147,6 +178,7 @@ static void read_spread(const char *names, const wanted *w, void (*prepare)(moti
         if (keeper_of(k) == process) read_spread_file(k, w, prepare, &text[k]);
     apart = quiet = 0;
     count_spread();
+    refuse_spread_twins();
     tell_spread(text);
     for (k = 0; k < scattered.files.count; k++)
         free(text[k]);

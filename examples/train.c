@@ -1000,6 +1000,21 @@ static void checkpoint(void)
     put_in_place(f, ".check");
 }
 
+/* Refuses processes whose recordings, settings or models differ: they would share their rows all the same. */
+static void check_alike_everywhere(void)
+{
+    const origin o = origin_of();
+    const double threads = set("threads");
+    uint64_t mine = roln_fnv((int)sizeof o, (const unsigned char *)&o, ROLN_FNV), first;
+    mine = first = roln_fnv((int)sizeof threads, (const unsigned char *)&threads, mine);
+    hand_out(0, &first, sizeof first);
+    apart = 1;
+    if (first != mine)
+        fail("process %d has other recordings, settings or another config than process 0\nhint: the same program, files and words "
+             "for all", process);
+    apart = 0;
+}
+
 /* Reads the state from the checkpoint. */
 static void read_checkpoint(void)
 {
@@ -1104,6 +1119,7 @@ static void look(void)
     if (set("torque") > 0 && s.stage != LAYERS) torque = torque_error(&p, &d, train, d.trajectories);
     s.ahead = far * d.dt;
     product = e[1].typical * fmax(torque, 0.1);
+    hand_out(0, &product, sizeof product); /* libraries of other machines may round otherwise */
     if (s.step == 0 || product < s.best_score)
         s.best_score = product, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
@@ -1186,7 +1202,8 @@ static void tell_short(const pool *longer)
 }
 
 /* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. If
-   the run ends before the stage does, OUT.check goes on from there. */
+   the run ends before the stage does, OUT.check goes on from there, with the bits of a run that was not ended; else from the end,
+   behind its last look. */
 static void run(void)
 {
     static rows f;
@@ -1224,6 +1241,7 @@ static void run(void)
     else if (s.stage == NEWTON && set("steps") > 0) snprintf(limit, sizeof limit, "steps=%g", set("steps"));
     if (agreed(!halted || price() * steps_to(&d, train, d.trajectories, (int)(s.ahead / d.dt), 1, stride_of(&d, 0.1)) < left()))
         look();
+    if (!ended[0]) checkpoint();
     reached = s.step;
     s.p = s.best, s.step = s.next = 0;
     pool_free(&samples), pool_free(&longer);
@@ -1614,8 +1632,9 @@ int main(int argc, char **argv)
     if (process == 0) check_place(), claim_place();
     read_all();
     atexit(rescue);
+    check_alike_everywhere();
     fit_baseline();
-    if (!resume()) start(), s.best = s.p;
+    if (!resume()) start(), hand_out(0, &s, sizeof s), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();
     if (find_spread_range()) doubt("the range of z overflows in spread=");

@@ -97,6 +97,12 @@ cp -r $dir/more $dir/bad
 sed '7s/,/,x/' $dir/more/4.csv > $dir/bad/4.csv
 check 'a file of spread= is broken' ends 3 'bad/4.csv:7: ' $dir/two.csv torque=1 spread=$dir/bad out=$dir/b
 check 'a file of spread= is missing' ends 2 'more/none.csv' $dir/two.csv torque=1 spread=$dir/more,$dir/more/none.csv out=$dir/b
+check 'a file of spread= twice' ends 2 'have the same samples' $dir/two.csv torque=1 spread=$dir/more,$dir/more/4.csv out=$dir/b
+check 'a file of spread= that is trained with already' ends 2 'two.csv has the samples of a file that is read already' \
+    $dir/two.csv torque=1 spread=$dir/two.csv,$dir/more out=$dir/b
+mpirun -n 1 $dir/two_mpi $dir/two.csv torque=1 out=$dir/b : -n 1 $dir/two_mpi $dir/two.csv torque=1 seed=2 out=$dir/b > $dir/ends.log 2>&1
+check 'other settings in one process: ended' test $? -eq 1
+check 'other settings in one process' grep '^process 1 has other recordings, settings or another config' $dir/ends.log
 check 'spread= and noise=' ends 2 'spread= and noise=: not together' $dir/two.csv torque=1 spread=$dir/more noise=0.1 out=$dir/b
 check 'an unknown setting is said once' ends 3 'unknown setting ape' $dir/two.csv ape=1
 check 'no recordings' ends 2 'cannot read' $dir/nothing.csv

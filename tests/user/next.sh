@@ -66,6 +66,11 @@ check 'the trainer reads it' sh -c "$dir/two $dir/same.csv $dir/a1_next.csv torq
 $dir/two $dir/same.csv torque=1 held=0.2 steps=1 next=3 --resume out=$dir/a1 > $dir/b.log 2>&1
 check 'later, with the weights of a training that has ended' test "$(recordings $dir/a1_next.csv)" -eq 3
 check 'the weights stay' cmp $dir/a1.roln $dir/a2.roln
+$dir/two $dir/same.csv torque=1 held=0.2 steps=7 out=$dir/f > $dir/f.log 2>&1
+cp $dir/f.roln $dir/f.was
+check 'the last look is the best one' grep -q "^wrote .*step 7$" $dir/f.log
+$dir/two $dir/same.csv torque=1 held=0.2 steps=1 next=1 --resume out=$dir/f > $dir/g.log 2>&1
+check 'the weights stay, of the last look, too' cmp $dir/f.roln $dir/f.was
 check 'the older file stays' test "$(recordings $dir/a1_next.csv.old)" -eq 12
 check 'without torques: their starts' sh -c "$dir/two $dir/same.csv held=0.2 steps=30 next=5 out=$dir/n > $dir/n.log 2>&1
     head -n 1 $dir/n_next.csv | grep '^t,q1,q2,qd1,qd2\$' && test \$(wc -l < $dir/n_next.csv) -eq 10"
@@ -86,5 +91,7 @@ check 'chosen ones tell more' awk -v a="$more" -v b="$chosen" 'BEGIN { exit !(b 
 awk 'NR == 1 { print; next } /^$/ { exit } { print }' $dir/same.csv > $dir/one.csv
 check 'one recording' sh -c "$dir/two $dir/one.csv torque=1 held=0.3 look=0.02 window=0 steps=20 next=2 out=$dir/o > $dir/o.log
     test -s $dir/o_next.csv"
+check 'one recording without torques: starts at different places' sh -c "$dir/two $dir/one.csv held=0.3 look=0.02 window=0 steps=20 \
+    next=6 out=$dir/o > $dir/o.log; test \$(sort -u $dir/o_next.csv | grep -c '^0,') -eq 6"
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]
