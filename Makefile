@@ -309,7 +309,8 @@ real:
 	@test -n "$(DATA)" || { echo "make real DATA=folder: docs/training.md, \"Real recordings\""; exit 1; }
 	@sh tests/user/real.sh $(DATA) $(SECONDS)
 
-# the same of 19 small machines, and their errors in a table: STEPS of each training at most, so that it is the same everywhere
+# the same of 19 small machines, and their errors in a table: STEPS of each training at most, so that it is the same everywhere;
+# WITH="train=25 next=25": 25 recordings of each, and 25 more that a first model chooses
 STEPS = 300
 MACHINES = $(basename $(notdir $(wildcard tests/mujoco/machines/*.xml)))
 machines: build/record

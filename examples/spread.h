@@ -159,7 +159,8 @@ static void refuse_spread_twins(void)
         for (b = 0; b < a && (f->sum != scattered.file[b].sum || f->samples != scattered.file[b].samples); b++)
             ;
         if (b < a)
-            fail("spread=: %s and %s have the same samples\nhint: each file once", scattered.files.path[b], scattered.files.path[a]);
+            fail("spread=: %s and %s have the same samples\nhint: each file once", scattered.files.path[b],
+                 scattered.files.path[a]);
     }
     free(sum);
 }

@@ -7,6 +7,7 @@
 #   heads.sh              all, then the table
 #   heads.sh RUN          one training, such as pend16-193-polynomials-1
 set -e
+. tests/experiments/means.sh
 dir=build/heads
 mkdir -p $dir
 # rows: name, recordings, seconds, settings of the trainer
@@ -20,12 +21,10 @@ if [ $# -eq 1 ]; then
     IFS=- read -r system count head seed << END
 $1
 END
-    [ ! -f "$dir/$1.done" ] || exit 0
     settings=$(echo "$rows" | awk -v s="$system" -v c="$count" '$1 == s && $2 == c { print "seconds=" $3, $4 }')
     # shellcheck disable=SC2086
-    "$dir/$system-$head" "$dir/$system-$count.csv" test="$dir/$system-test.csv" threads=1 seed="$seed" out="$dir/$1" \
-        $settings > "$dir/$1.log" 2>&1 || true # one that is not useful counts, too
-    touch "$dir/$1.done"
+    run "$dir/$1.log" "$dir/$system-$head" "$dir/$system-$count.csv" test="$dir/$system-test.csv" threads=1 seed="$seed" \
+        out="$dir/$1" $settings
     exit
 fi
 
@@ -65,16 +64,10 @@ echo "$rows" | while read -r system count _; do
         for head in networks polynomials; do echo "$system-$count-$head-$seed"; done
     done
 done | xargs -P "${JOBS:-1}" -I RUN sh "$0" RUN
-printf '%-34s %22s %22s %22s %22s\n' 'E_q, %: mean (each seed)' '25 ms' '1 s' '1 s, median window' '3 s'
+means_heading 34
 echo "$rows" | while read -r system count seconds _; do
     for head in networks polynomials; do
-        for seed in 1 2 3; do
-            awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2 " " $4 }
-                on && NF == 11 && $1 ~ /^[0-9]+$/ { c = $2 }
-                END { print a, b, c }' "$dir/$system-$count-$head-$seed.log"
-        done | awk -v row="$system, $count, $seconds s, $head" '
-            { for (i = 1; i <= 4; i++) { sum[i] += $i / 3; each[i] = each[i] (NR > 1 ? ", " : "") sprintf("%.2g", $i) } }
-            END { printf "%-34s", row
-                  for (i = 1; i <= 4; i++) printf " %22s", sprintf("%.2g (%s)", sum[i], each[i]); print "" }'
+        name=$dir/$system-$count-$head
+        means 34 "$system, $count, $seconds s, $head" "$name-1.log" "$name-2.log" "$name-3.log"
     done
 done

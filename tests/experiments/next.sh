@@ -8,6 +8,7 @@
 #   next.sh SECONDS          all, then the table
 #   next.sh SECONDS SEED     one seed, without the table
 set -e
+. tests/experiments/means.sh
 dir=build/next16
 seconds=${1:-300}
 mkdir -p $dir
@@ -18,10 +19,8 @@ first() { awk -v count="$1" '/^$/ && ++n == count { exit } { print }' "$2"; }
 # trained NAME FILE SETTING ..: its log is NAME.log
 trained() {
     name=$dir/$1 file=$dir/$2
-    [ ! -f "$name.done" ] || return 0
     shift 2
-    "$dir/train" "$file" threads=1 out="$name" "$@" > "$name.log" 2>&1 || true # one that is not useful counts, too
-    touch "$name.done"
+    run "$name.log" "$dir/train" "$file" threads=1 out="$name" "$@"
 }
 
 if [ $# -eq 2 ]; then
@@ -46,13 +45,9 @@ for n in 193 100 50; do first $n $dir/mild.csv > $dir/$n.csv; done
 mild $dir/r_test.csv > $dir/test.csv
 printf '%s\n' 1 2 3 | xargs -P "${JOBS:-1}" -I SEED sh "$0" "$seconds" SEED
 count() { awk '/^$/ { n++ } END { print n - 49 }' "$1"; }
-printf '%-24s %22s %22s %22s %22s\n' 'E_q, %: mean (each seed)' '25 ms' '1 s' '1 s, median window' '3 s'
+means_heading 24
 for row in 193 100 50 all; do
-    for seed in 1 2 3; do
-        awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2 " " $4 } on && $1 > 2900 { c = $2 }
-            END { print a, b, c }' "$dir/$row-$seed.log"
-    done | awk -v row="$row" -v counts="$(for seed in 1 2 3; do count "$dir/all-$seed.csv"; done | paste -sd /)" '
-        { for (i = 1; i <= 4; i++) { sum[i] += $i / 3; each[i] = each[i] (NR > 1 ? ", " : "") sprintf("%.2g", $i) } }
-        END { printf "%-24s", row == "all" ? "50 and " counts " chosen" : row
-              for (i = 1; i <= 4; i++) printf " %22s", sprintf("%.2g (%s)", sum[i], each[i]); print "" }'
+    name=$row
+    [ $row != all ] || name="50 and $(for seed in 1 2 3; do count "$dir/all-$seed.csv"; done | paste -sd /) chosen"
+    means 24 "$name" $dir/$row-1.log $dir/$row-2.log $dir/$row-3.log
 done

@@ -3,7 +3,8 @@
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors, verdict.
 #
 #   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value: record
-#   learn.sh .. next=K                               a model of the first recordings chooses K more, in a quarter of the budget
+#   learn.sh .. next=K                               a model of the first recordings chooses K more, in a quarter of the budget;
+#                                                    none for machines with equalities or strings, whose starts would break them
 #   learn.sh table OUT ..                            a table of what was learned to OUT ..
 #   OPTIMISE=-O1 learn.sh ..                         the trainer is compiled sooner, and slower
 #
@@ -89,11 +90,11 @@ record_all() {
     code=$?
     grep -v '^  recording\|^  steps of' "$try/record.log" > "$out.log"
     cat "$out.log"
-    [ $code -eq 0 ] || exit 1
+    [ $code -eq 0 ] || return 1
     torque=$(head -n 1 "$out.csv" | awk '{ print /,(tau|u)1/ }')
     sliders=$(sed -n 's/^   sliders: \([0-9,]*\).*/sliders=\1/p' "$out.h")
 }
-record_all "$@"
+record_all "$@" || exit 1
 
 # train PLACE NAME SETTING ..: the config NAME of folder PLACE, which also gets all files. Returns 0, 3 or 1, as the trainer
 train() {
@@ -142,7 +143,7 @@ if [ "${next:-0}" != 0 ]; then
     place first "$out.h"
     train "$try/first" "$name" next="$next" "$(quarter_of_budget)"
     [ -s "$try/first/${name}_next.csv" ] || { tail -n 1 "$try/first/log"; exit 1; }
-    record_all "$@" next="$try/first/${name}_next.csv"
+    record_all "$@" next="$try/first/${name}_next.csv" || record_all "$@" || exit 1
 fi
 n=$(awk '/ROLN_AE/ { print $NF }' "$out.h")
 N=$(awk '/ROLN_AE/ { sub(/,/, "", $3); print $3 }' "$out.h")

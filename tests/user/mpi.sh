@@ -100,7 +100,8 @@ check 'a file of spread= is missing' ends 2 'more/none.csv' $dir/two.csv torque=
 check 'a file of spread= twice' ends 2 'have the same samples' $dir/two.csv torque=1 spread=$dir/more,$dir/more/4.csv out=$dir/b
 check 'a file of spread= that is trained with already' ends 2 'two.csv has the samples of a file that is read already' \
     $dir/two.csv torque=1 spread=$dir/two.csv,$dir/more out=$dir/b
-mpirun -n 1 $dir/two_mpi $dir/two.csv torque=1 out=$dir/b : -n 1 $dir/two_mpi $dir/two.csv torque=1 seed=2 out=$dir/b > $dir/ends.log 2>&1
+other="$dir/two_mpi $dir/two.csv torque=1 out=$dir/b"
+mpirun -n 1 $other : -n 1 $other seed=2 > $dir/ends.log 2>&1
 check 'other settings in one process: ended' test $? -eq 1
 check 'other settings in one process' grep '^process 1 has other recordings, settings or another config' $dir/ends.log
 check 'spread= and noise=' ends 2 'spread= and noise=: not together' $dir/two.csv torque=1 spread=$dir/more noise=0.1 out=$dir/b
@@ -113,6 +114,7 @@ long="$dir/two.csv torque=1 steps=40 window=0.2 spread=$dir/more"
 $dir/two $long out=$dir/whole > $dir/whole.log 2>&1
 # begin PROCESSES NAME: in the background, until it has a checkpoint of a later step than the first
 begin() {
+    : > $dir/$2.log
     on "$1" two $long out=$dir/$2 > $dir/$2.log 2>&1 &
     runner=$!
     until [ "$(grep -c E_q $dir/$2.log 2> /dev/null)" -ge 3 ] || ! kill -0 $runner; do sleep 0.05; done
