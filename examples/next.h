@@ -56,8 +56,8 @@ static void widen(int count, const roln_real *x, int first, roln_real *low, roln
         low[i] = first ? x[i] : ROLN_MIN(low[i], x[i]), high[i] = first ? x[i] : ROLN_MAX(high[i], x[i]);
 }
 
-/* Copies the first sample of each recording of d, q and qd in its units; of few recordings poses all along, with the first qd. Makes
-   room for a recording that plays. Call it before hold_out cuts d into blocks. Without next= it does nothing. */
+/* Copies the first sample of each recording of d, q and qd in its units; of few recordings poses all along, with the first qd.
+   Makes room for a recording that plays. Call it before hold_out cuts d into blocks. Without next= it does nothing. */
 static void remember_starts(void)
 {
     enum { N = M(N) };

@@ -92,6 +92,7 @@ awk 'NR == 1 { print; next } /^$/ { exit } { print }' $dir/same.csv > $dir/one.c
 check 'one recording' sh -c "$dir/two $dir/one.csv torque=1 held=0.3 look=0.02 window=0 steps=20 next=2 out=$dir/o > $dir/o.log
     test -s $dir/o_next.csv"
 check 'one recording without torques: starts at different places' sh -c "
-    $dir/two $dir/one.csv held=0.3 look=0.02 window=0 steps=20 next=6 out=$dir/o > $dir/o.log; test \$(sort -u $dir/o_next.csv | grep -c '^0,') -eq 6"
+    $dir/two $dir/one.csv held=0.3 look=0.02 window=0 steps=20 next=6 out=$dir/o > $dir/o.log
+    test \$(sort -u $dir/o_next.csv | grep -c '^0,') -eq 6"
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]
