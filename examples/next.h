@@ -11,9 +11,9 @@
    its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
 
    A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
-   recordings start: in the box of their joints; if there are few, in that of all poses. Its torques are those of recordings. The best one is chosen, its rows are added
-   to S, and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the
-   largest.
+   recordings start: in the box of their joints; if there are few, in that of all poses. Its torques are those of
+   recordings. The best one is chosen, its rows are added to S, and so on. A gain only falls while S grows. So the gains of the
+   others are computed again only where they may be the largest.
 
    With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that is added to S changes each other
    row y to (I + x x^T)^-1/2 y. So S is factored once.

@@ -58,6 +58,11 @@ for m in chain pend16; do
     bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}' | head -n 3)
     check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$bytes' ]"
 done
+# README's RAM of observer and filter by leapfrog is that of docs/firmware.md
+for c in 8 7; do
+    bytes=$(awk -F '[|] *' -v c=$c '/^[|] (chain|pend16), .* networks/ { printf "%d ", $c }' docs/firmware.md)
+    check "tr '\n' ' ' < README.md | grep ' $(echo $bytes | sed 's/ / and /')'"
+done
 # README's MHz for 1 kHz are twice the instructions of task.md: of a tick; and of the observer; or of the filter by leapfrog
 for m in chain pend16; do
     mhz=$(awk -F '[|] *' -v m="$m, M4F " '$2 == m { printf "%.0f/%.0f/%.0f", 2 * $3, 2 * ($3 + $7), 2 * ($3 + $6) }' docs/task.md)
