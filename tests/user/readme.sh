@@ -60,7 +60,7 @@ for m in chain pend16; do
 done
 # README's RAM of observer and filter by leapfrog is that of docs/firmware.md
 for c in 8 7; do
-    bytes=$(awk -F '[|] *' -v c=$c '/^[|] (chain|pend16), .* networks/ { printf "%d ", $c }' docs/firmware.md)
+    bytes=$(awk -F '[|] *' -v c=$c '/^[|] (chain|pend16), [0-9]+ joints/ { printf "%d ", $c }' docs/firmware.md)
     check "tr '\n' ' ' < README.md | grep ' $(echo $bytes | sed 's/ / and /')'"
 done
 # README's MHz for 1 kHz are twice the instructions of task.md: of a tick; and of the observer; or of the filter by leapfrog
