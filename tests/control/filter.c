@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* filter - NAME_filter_tick against the best filter of each joint on three chains of rods, through 12-bit encoders of which every
-   20th sample is dropped: 20 runs of 5 s each, in ticks of 5 ms. The machines are what their models were trained on, in closed form
-   and in double; their torques, where there are any, are held over a tick and known to the filter.
+/* filter - NAME_filter_tick and NAME_observer_tick against the best filter of each joint on three chains of rods, through 12-bit
+   encoders of which every 20th sample is dropped: 20 runs of 5 s each, in ticks of 5 ms. The machines are what their models were
+   trained on, in closed form and in double; their torques, where there are any, are held over a tick and known to both.
      filter [DIRECTORY of pend2_act.roln and pend16_act.roln]        tests/mujoco/models */
 #include <math.h>
 #include <stdio.h>
@@ -229,33 +229,52 @@ static error best_tracker(const machine *p, int order)
     return best;
 }
 
-/* A model as this file uses it. start: a filter that knows nothing. tick: one of its ticks, and the joints of its estimate. */
+/* A model as this file uses it. noise: that of the filter, and the gains of the observer. start: estimates that know nothing.
+   filter, observer: a tick, and the joints of the estimate. */
 typedef struct {
     roln_status (*noise)(const roln_batch *b, roln_noise *noise);
     void (*start)(void);
-    const roln_filter *(*tick)(const roln_noise *noise, const roln_real *y, const roln_real *tau, double *q, double *qd);
+    const roln_filter *(*filter)(const roln_noise *noise, const roln_real *y, const roln_real *tau, double *q, double *qd);
+    const roln_filter *(*observer)(const roln_noise *noise, const roln_real *y, const roln_real *tau, double *q, double *qd);
 } model;
 
 #define MODEL(NAME, PARAMS) \
-    static union { NAME##_train train; NAME##_filter_tick_work tick; NAME##_decode_work decode; } NAME##_room; \
+    static union { \
+        NAME##_train train; NAME##_filter_tick_work filter; NAME##_observer_tick_work observer; NAME##_decode_work decode; \
+    } NAME##_room; \
     static NAME##_filter NAME##_of; \
+    static NAME##_observer NAME##_steady; \
+    static NAME##_observer_gains NAME##_steady_gains; \
     static roln_status NAME##_noise(const roln_batch *b, roln_noise *noise) \
     { \
-        return NAME##_fit_noise(PARAMS, b, noise, NULL, NULL, &NAME##_room.train.fit_noise); \
+        const roln_status st = NAME##_fit_noise(PARAMS, b, noise, NULL, NULL, &NAME##_room.train.fit_noise); \
+        return st != ROLN_OK ? st : NAME##_fit_observer(PARAMS, noise, b, &NAME##_steady_gains, &NAME##_room.train.fit_observer); \
     } \
     static void NAME##_begin(void) \
     { \
-        memset(&NAME##_of, 0, sizeof NAME##_of); \
+        memset(&NAME##_of, 0, sizeof NAME##_of), memset(&NAME##_steady, 0, sizeof NAME##_steady); \
+    } \
+    static void NAME##_joints(const NAME##_latent *s, double *q, double *qd) \
+    { \
+        NAME##_state x; \
+        if (NAME##_decode(PARAMS, s, &x, &NAME##_room.decode) != ROLN_OK) exit(1); \
+        for (int i = 0; i < NAME##_N; i++) \
+            q[i] = (double)x.q[i], qd[i] = (double)x.qd[i]; \
     } \
     static const roln_filter *NAME##_next(const roln_noise *noise, const roln_real *now, const roln_real *torque, double *q, \
                                           double *qd) \
     { \
-        NAME##_state x; \
-        NAME##_filter_tick(PARAMS, noise, now, torque, &NAME##_of, &NAME##_room.tick); \
-        if (NAME##_decode(PARAMS, &NAME##_of.s, &x, &NAME##_room.decode) != ROLN_OK) exit(1); \
-        for (int i = 0; i < NAME##_N; i++) \
-            q[i] = (double)x.q[i], qd[i] = (double)x.qd[i]; \
+        NAME##_filter_tick(PARAMS, noise, now, torque, &NAME##_of, &NAME##_room.filter); \
+        NAME##_joints(&NAME##_of.s, q, qd); \
         return &NAME##_of.f; \
+    } \
+    static const roln_filter *NAME##_watch(const roln_noise *noise, const roln_real *now, const roln_real *torque, double *q, \
+                                           double *qd) \
+    { \
+        (void)noise; \
+        NAME##_observer_tick(PARAMS, &NAME##_steady_gains, now, torque, &NAME##_steady, &NAME##_room.observer); \
+        NAME##_joints(&NAME##_steady.s, q, qd); \
+        return &NAME##_steady.f; \
     }
 static pend2_params pend2;
 static pend16_params pend16;
@@ -263,11 +282,12 @@ MODEL(chain, &chain_weights)
 MODEL(pend2, &pend2)
 MODEL(pend16, &pend16)
 static const model models[3] = {
-    {chain_noise, chain_begin, chain_next}, {pend2_noise, pend2_begin, pend2_next}, {pend16_noise, pend16_begin, pend16_next}};
+    {chain_noise, chain_begin, chain_next, chain_watch}, {pend2_noise, pend2_begin, pend2_next, pend2_watch},
+    {pend16_noise, pend16_begin, pend16_next, pend16_watch}};
 
 typedef struct { double nis, outliers, starts; } health; /* NIS of a joint, mean; counts */
 
-static error filtered(const machine *p, const model *m, const roln_noise *noise, health *h)
+static error estimated(const machine *p, const model *m, int steady, const roln_noise *noise, health *h)
 {
     error e = {0, 0};
     double sum = 0, used = 0;
@@ -278,7 +298,7 @@ static error filtered(const machine *p, const model *m, const roln_noise *noise,
         for (int t = 0; t < TICKS; t++) {
             const int at = (r * (TICKS + 1) + t) * p->N;
             double q[MAXN], qd[MAXN];
-            f = m->tick(noise, y + at, t > 0 ? tau + at - p->N : NULL, q, qd);
+            f = (steady ? m->observer : m->filter)(noise, y + at, t > 0 ? tau + at - p->N : NULL, q, qd);
             if (t < SETTLED) continue;
             compare(p, r, t, q, qd, &e);
             sum += (double)f->nis, used += f->used;
@@ -289,27 +309,29 @@ static error filtered(const machine *p, const model *m, const roln_noise *noise,
     return rms(p, e);
 }
 
-/* Nonzero if the filter's velocities are at least five times better than the best of every joint on its own. */
+/* Nonzero if the filter's velocities are at least five times better than the best of every joint on its own, and the observer's no
+   worse. */
 static int try(const machine *p, const model *m)
 {
     const roln_batch b = {TUNE, TICKS, 1, NULL, y, NULL, NULL, p->sines ? tau : NULL};
     roln_noise noise = {.dt = (roln_real)TICK, .q = (roln_real)(STEP / sqrt(12)), .gate = 6, .lost = 5};
     uint64_t seed = 2027;
-    error two, three, e;
+    error two, three, e, o;
     double best;
-    health h;
+    health h, g;
     simulate(p, TUNE, &seed);
     if (m->noise(&b, &noise) != ROLN_OK) return 0;
     simulate(p, RUNS, &seed);
-    two = best_tracker(p, 2), three = best_tracker(p, 3), e = filtered(p, m, &noise, &h);
+    two = best_tracker(p, 2), three = best_tracker(p, 3), e = estimated(p, m, 0, &noise, &h), o = estimated(p, m, 1, &noise, &g);
     best = fmin(two.qd, three.qd);
     printf("%-42s q, mrad qd, rad/s\n", p->name);
     printf("  alpha-beta per joint, best poles         %7.3f %9.4f\n", 1000 * two.q, two.qd);
     printf("  alpha-beta-gamma per joint, best poles   %7.3f %9.4f\n", 1000 * three.q, three.qd);
     printf("  NAME_filter_tick                         %7.3f %9.4f  velocity %.1f times better\n", 1000 * e.q, e.qd, best / e.qd);
+    printf("  NAME_observer_tick                       %7.3f %9.4f  velocity %.1f times better\n", 1000 * o.q, o.qd, best / o.qd);
     printf("  noise of torques %.3g; NIS of a joint %.2f; %.0f outliers, %.0f starts in %d runs\n", (double)noise.tau, h.nis,
            h.outliers, h.starts, RUNS);
-    return best / e.qd >= 5 && h.starts == RUNS;
+    return best / e.qd >= 5 && h.starts == RUNS && best / o.qd >= 1 && g.starts == RUNS;
 }
 
 /* Bytes of a .roln file. */
