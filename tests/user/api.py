@@ -212,6 +212,7 @@ def main():
           "clangd 14 shows the arguments alone.\n\n"
           "`roln_real` is `float`, or `double` with `ROLN_DOUBLE`. `NAME_x_work` is the scratch of the function `NAME_x`.\n"
           "`NAME_work`, `NAME_train` and `NAME_start` are unions of such scratch: pass `&work.tick` to `NAME_tick`.\n"
+          "To find the code of `NAME_tick` search `roln.h` for `ROLN_(tick)(`.\n"
           "Numbers are those of this config. It does not have functions with a comment such as `needs ROLN_DELAY 1`: write that\n"
           "option, with values of yours, into the config. A section that is not here has no function of this model; that of "
           "charts\nneeds ROLN_CHART.\n"
