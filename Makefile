@@ -125,7 +125,7 @@ test:
 
 # Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_experiments generate record convert h5_cases \
-           pil machines plans swing alarms robust rope hour filter threads interrupts regression $(FUZZ:build/%=%)
+           pil machines plans swing alarms robust rope hour threads interrupts regression $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release

@@ -93,7 +93,7 @@ static struct {
     {"resume", 0, 0, 1, 1, "1, or --resume: go on from OUT.check; without it that is kept as OUT.check.old"},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings };
-static char given[SETTINGS]; /* nonzero: by an argument */
+static char was_given[SETTINGS]; /* nonzero: by an argument */
 static struct {
     const char *key, *value, *help;
 } words[] = {
@@ -185,7 +185,7 @@ static void tell_unused(void)
     size_t i, k;
     char key[32];
     for (k = 0; k < SETTINGS; k++)
-        for (i = 0; i < sizeof needs / sizeof *needs && given[k]; i++) {
+        for (i = 0; i < sizeof needs / sizeof *needs && was_given[k]; i++) {
             snprintf(key, sizeof key, " %s ", settings[k].key);
             if (strstr(needs[i].keys, key) && !needs[i].there)
                 printf("%s= changes nothing here: it counts with %s\n", settings[k].key, needs[i].need);
@@ -208,7 +208,7 @@ static void read_setting(size_t k, const char *text)
     if (x < settings[k].low || x > settings[k].high || (settings[k].whole && x != floor(x)))
         fail("%s=%s: expected %s %g .. %g\nhint: --help says what %s= sets", settings[k].key, text,
              settings[k].whole ? "a whole number," : "a number,", settings[k].low, settings[k].high, settings[k].key);
-    settings[k].value = x, given[k] = 1;
+    settings[k].value = x, was_given[k] = 1;
 }
 
 static file_list inputs; /* motion.csv .. */

@@ -75,7 +75,6 @@ plans        build/plans test
 threads      sh tests/safety/threads.sh
 fast         sh tests/safety/fast.sh
 hour         build/hour
-estimates    build/filter
 swing        build/swing test
 alarms       build/alarms test
 robust       build/robust test

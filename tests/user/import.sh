@@ -126,9 +126,13 @@ model ae 0.005 alpha=pi/10
 model lnn 0.0 step=euler
 model ae-off 0.001 alpha=0.3141592653589793 repair=1
 ranges '^usage: ' $dir/ae/motion.csv
-for word in smooth=0 smooth=1.5 smooth= smooth=-1 smooth=1e5 smooth=99999999999999999999 rough=1; do
-    ranges '^usage: ' $dir/ae/motion.csv $dir/ae/ae $word
+for word in smooth=0 smooth=1.5 smooth= smooth=-1 smooth=1e5 smooth=99999999999999999999; do
+    ranges '^smooth=.*: expected a whole number, 1 .. 100000' $dir/ae/motion.csv $dir/ae/ae $word
 done
+for word in dt=0 dt=-1 dt=nan dt=1x dt=; do
+    ranges '^dt=.*: expected seconds from sample to sample' $dir/ae/motion.csv $dir/ae/ae $word
+done
+ranges '^unknown setting rough' $dir/ae/motion.csv $dir/ae/ae rough=1
 ranges 'cannot read .*nothing.csv' $dir/nothing.csv $dir/ae/ae
 ranges 'cannot read .*nothing.roln' $dir/ae/motion.csv $dir/nothing
 ranges "lnn.roln: no weights of ae" $dir/ae/motion.csv $dir/lnn/lnn

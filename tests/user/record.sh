@@ -466,7 +466,7 @@ END_OF_TABLE
 refuses 'plain.h5: data: there is no q' build/convert $dir/plain.h5 $dir/no.csv data=/
 check 'nothing was written of them' test ! -e $dir/no.csv
 cp $dir/plain.h5 $dir/second.h5
-says 'second.h5: HDF5, which would be lost' build/convert $dir/plain.h5 $dir/second.h5
+refuses 'second.h5: HDF5, which would be lost' build/convert $dir/plain.h5 $dir/second.h5
 check 'it is not lost' cmp $dir/plain.h5 $dir/second.h5
 check 'root, told' build/convert $dir/root.h5 $dir/root.csv data=other
 build/h5_cases twice $dir/twice.h5

@@ -41,7 +41,7 @@ done
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
-check 'no file to hold out' says 'and held=much: at least 1' $dir/chart $dir/16_train.csv held=much
+check 'no file to hold out' says '^held=much: no recording is of such a file' $dir/chart $dir/16_train.csv held=much
 check 'negative' says 'look=-1: expected a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing held out: a hint' grep '^hint: held=0.1' $dir/says.log
@@ -522,11 +522,11 @@ check 'they do' grep '^networks begin at the regression: M off by [0-9.e-]* %, g
 check 'they are good at once' awk '/ E_q\(/ { for (i = 1; i < NF; i++) if ($i == "typical") ok = $(i + 1) < 2
         exit } END { exit !ok }' $dir/begun.log
 check 'windows come at once' grep '^from here on windows' $dir/begun.log
-check 'another start' says '^start=elsewhere: auto, random or regression' $dir/motor $dir/motor.csv torque=1 start=elsewhere
+check 'another start' says '^start=elsewhere: expected auto, random or regression' $dir/motor $dir/motor.csv torque=1 start=elsewhere
 check 'a regression without torques' says '^hint: torque=1' $dir/motor $dir/motor.csv start=regression
 check 'a regression and weights' says 'begin at one of them' $dir/motor $dir/motor.csv torque=1 start=regression from=a.roln
 check 'a regression of a chart' says 'coordinates are the joints' $dir/chart $dir/16_train.csv torque=1 start=regression
-check 'a slider that is not there' says '^sliders=2: numbers of joints, 1 [.][.] 1' $dir/motor $dir/motor.csv torque=1 sliders=2
+check 'a slider that is not there' says '^sliders=2: expected numbers of joints' $dir/motor $dir/motor.csv torque=1 sliders=2
 check 'a slider' short $dir/motor $dir/motor.csv torque=1 held=0.2 steps=1 sliders=1 out=$early
 
 # a pendulum on a vertical axis: M_11 = 1 + sin^2 q2 / 2, M_22 = 1/2, V = -5 cos q2, so nothing depends on q1
@@ -577,8 +577,8 @@ check 'a hint of it' grep -x 'hint: ignore=1 leaves joint 1 out of M and V of th
 pillar named 1 ignore=1 steps=4
 pillar from 1 from=$dir/named.roln method=adam acc=40
 pillar both 3 ignore=2,1 steps=1
-check 'no such joint' says '^ignore=3: numbers of joints, 1 [.][.] 2' $dir/pillar $dir/pillar.csv torque=1 ignore=3
-check 'no joint' says '^ignore=found: numbers of joints' $dir/pillar $dir/pillar.csv torque=1 ignore=found
+check 'no such joint' says '^ignore=3: expected numbers of joints' $dir/pillar $dir/pillar.csv torque=1 ignore=3
+check 'no joint' says '^ignore=found: expected numbers of joints' $dir/pillar $dir/pillar.csv torque=1 ignore=found
 check 'joints of a chart' says 'ignore=1 is for models whose coordinates are the joints' $dir/chart $dir/16_train.csv ignore=1
 
 $dir/motor $dir/motor.csv held=0.2 steps=3 out=$early > $early.log 2>&1
