@@ -95,8 +95,8 @@ END
     check ekf '/^EKF on/ { a = $(NF - 3) > 7.9 && $(NF - 3) < 8.1 } /^EKF, 3/ { ok = a && $(NF - 3) > 4.9 && $(NF - 3) < 5.1 }'
     check ekf '/runs in the range/ { ok = $1 >= 10 && $(NF - 2) > 2 && $(NF - 2) < 4.5 && ($(NF - 1) - 95) ^ 2 < 2 ^ 2 }'
 
-    # on three machines, through 12-bit encoders, velocities of filter and observer at least five times better than the best of every
-    # joint on its own
+    # on three machines, through 12-bit encoders, velocities of filter and observer at least five times better than the best of
+    # every joint on its own
     { $cc -std=c99 -O2 -ffp-contract=off -I. -Iexamples tests/control/filter.c -o build/examples/filter -lm &&
         build/examples/filter; echo "exit $?"; } > build/examples/filter.log 2>&1
     check filter '/times better$/ { n += $(NF - 2) >= 5 } /^4 passed, 0 failed$/ { a = 1 } /^exit 0$/ { ok = a && n == 6 }'

@@ -522,7 +522,8 @@ check 'they do' grep '^networks begin at the regression: M off by [0-9.e-]* %, g
 check 'they are good at once' awk '/ E_q\(/ { for (i = 1; i < NF; i++) if ($i == "typical") ok = $(i + 1) < 2
         exit } END { exit !ok }' $dir/begun.log
 check 'windows come at once' grep '^from here on windows' $dir/begun.log
-check 'another start' says '^start=elsewhere: expected auto, random or regression' $dir/motor $dir/motor.csv torque=1 start=elsewhere
+check 'another start' says '^start=elsewhere: expected auto, random or regression' \
+    $dir/motor $dir/motor.csv torque=1 start=elsewhere
 check 'a regression without torques' says '^hint: torque=1' $dir/motor $dir/motor.csv start=regression
 check 'a regression and weights' says 'begin at one of them' $dir/motor $dir/motor.csv torque=1 start=regression from=a.roln
 check 'a regression of a chart' says 'coordinates are the joints' $dir/chart $dir/16_train.csv torque=1 start=regression
