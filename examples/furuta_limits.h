@@ -1,12 +1,15 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
-   Include it behind the header of the config. */
+   Include it behind the header of the config and the weights. */
 #ifndef ROLN_H
 #error "include the header of the config, furuta.h, first"
 #endif
 #ifndef furuta_limits_h
 #define furuta_limits_h
 typedef char furuta_limits_are_of_N_2[furuta_N == 2 && furuta_force_size == 2 ? 1 : -1];
+#if defined furuta_WEIGHTS_SUM && furuta_WEIGHTS_SUM != 0x8cc1a8be
+#error "furuta_limits.h and furuta_weights.h are of two trainings: take both of one"
+#endif
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const furuta_evidence furuta_known = {

@@ -184,3 +184,5 @@ ROLN_FLASH const furuta_params furuta_weights =
     8088109.f/33554432.f, -9654521.f/268435456.f, -12437493.f/268435456.f, -4800455.f/33554432.f, -1318019.f/8388608.f, 11183413.f/67108864.f, -8627165.f/33554432.f}};
 #endif
 #endif
+
+#define furuta_WEIGHTS_SUM 0x8cc1a8be /* the same in furuta_limits.h, which belongs to them */
