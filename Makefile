@@ -337,7 +337,7 @@ plans: build/plans build/swing
 alarms: build/alarms
 	./build/alarms
 
-# soft limits of joints on machines that are 20 % off: motions that leave them, with limits tightened and not; two minutes
+# soft limits of joints, and a wall before the tip, on machines that are 20 % off: limits tightened and not; four minutes
 robust: build/robust
 	./build/robust
 

@@ -4064,11 +4064,12 @@ typedef union {
     } rest;
 } ROLN_(tick_work);
 
-/* All of a control tick, without ROLN_DELAY: x measured, s its latent state out (as it was if the encoder fails), g->tau to the
-   motors. NAME_encode, NAME_control, NAME_lift and NAME_guard_tick in one call, the same bits, but the state is decoded once and
-   the networks are evaluated once. If limits->motors or learned inputs are to make tau_z, NAME_allocate takes the place of
-   NAME_lift, and g->g.allocation_residual is the part of tau_z that they cannot make. The energy residual counts on r->load, of
-   which NAME_guard_tick by itself does not know. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED. */
+/* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. NAME_encode,
+   NAME_control, NAME_lift and NAME_guard_tick in one call, the same bits, but the state is decoded once and the networks are
+   evaluated once. If limits->motors or learned inputs are to make tau_z, NAME_allocate takes the place of NAME_lift, and
+   g->g.allocation_residual is the part of tau_z that they cannot make. The energy residual counts on r->load, of which
+   NAME_guard_tick by itself does not know. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED. With ROLN_DELAY:
+   below. */
 ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x, const ROLN_(target) *r,
                              ROLN_(latent) *s, ROLN_(guard) *g, ROLN_(tick_work) *w)
 {

@@ -1,12 +1,15 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
-   Include it behind the header of the config. */
+   Include it behind the header of the config and the weights. */
 #ifndef ROLN_H
 #error "include the header of the config, arm.h, first"
 #endif
 #ifndef arm_limits_h
 #define arm_limits_h
 typedef char arm_limits_are_of_N_6[arm_N == 6 && arm_force_size == 6 ? 1 : -1];
+#if defined arm_WEIGHTS_SUM && arm_WEIGHTS_SUM != 0x877cbf3a
+#error "arm_limits.h and arm_weights.h are of two trainings: take both of one"
+#endif
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const arm_evidence arm_known = {

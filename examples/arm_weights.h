@@ -273,3 +273,5 @@ ROLN_FLASH const arm_params arm_weights =
     15717967.f/8589934592.f, 14897733.f/2147483648.f, 12198683.f/134217728.f}};
 #endif
 #endif
+
+#define arm_WEIGHTS_SUM 0x877cbf3a /* the same in arm_limits.h, which belongs to them */

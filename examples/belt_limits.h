@@ -1,12 +1,15 @@
 /* What is known of doubt, limits of a guard, noise of a filter and gains of an observer for the weights that were
    written with it, fitted to recordings.
-   Include it behind the header of the config. */
+   Include it behind the header of the config and the weights. */
 #ifndef ROLN_H
 #error "include the header of the config, belt.h, first"
 #endif
 #ifndef belt_limits_h
 #define belt_limits_h
 typedef char belt_limits_are_of_N_3[belt_N == 3 && belt_force_size == 3 ? 1 : -1];
+#if defined belt_WEIGHTS_SUM && belt_WEIGHTS_SUM != 0xb0caf14f
+#error "belt_limits.h and belt_weights.h are of two trainings: take both of one"
+#endif
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const belt_evidence belt_known = {

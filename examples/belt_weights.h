@@ -213,3 +213,5 @@ ROLN_FLASH const belt_params belt_weights =
 
 /* s from the stamp of a torque to its effect, in the recordings (docs/control.md, "Delay") */
 #define belt_DELAY ROLN_C(0.0053)
+
+#define belt_WEIGHTS_SUM 0xb0caf14f /* the same in belt_limits.h, which belongs to them */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* files.h - what a command line says of recordings: files, folders, and the settings of recording.h: t=, q=, qd=, tau=, filter=,
-   dt=; and files that are whole whenever the power fails. Included behind recording.h. Without folders, as with MSVC:
-   -DNO_FOLDERS. */
+   dt=. Included behind recording.h. Without folders, as with MSVC: -DNO_FOLDERS. */
 
 #ifndef FILES_H
 #define FILES_H
@@ -12,19 +11,6 @@
 #ifndef NO_FOLDERS
 #include <dirent.h>
 #endif
-#ifdef _POSIX_C_SOURCE
-#include <unistd.h>
-#endif
-
-/* Closes a file that was written, once it is on the disk. Zero if not all of it is. */
-static int close_whole(FILE *f)
-{
-    int good = !ferror(f) && fflush(f) == 0;
-#ifdef _POSIX_C_SOURCE
-    good = good && (fsync(fileno(f)) == 0 || errno == EINVAL || errno == EROFS); /* not of a pipe or a device */
-#endif
-    return fclose(f) == 0 && good;
-}
 
 /* A key of the column map, dt= or filter= that a program is given becomes a part of w. Returns 0 if the key is none of them. */
 static int read_key(wanted *w, const char *key, const char *value)
@@ -83,26 +69,24 @@ static int by_name(const void *x, const void *y)
     return (unsigned char)*a - (unsigned char)*b;
 }
 
-/* Nonzero if a name ends so. */
+/* Nonzero if a name ends so, in capitals or not. */
 static int ends_with(const char *name, const char *end)
 {
     const size_t n = strlen(name), k = strlen(end);
-    return n >= k && strcmp(name + n - k, end) == 0;
+    size_t i;
+    for (i = 0; n > k && i < k && tolower((unsigned char)name[n - k + i]) == end[i];)
+        i++;
+    return n > k && i == k;
 }
 
 /* Nonzero if a name ends like that of a table of numbers, and not like those that train.c writes. */
 static int is_table(const char *name)
 {
     static const char *const ends[] = {".csv", ".tsv", ".txt", ".dat", ".log"};
-    const size_t n = strlen(name);
     size_t i;
-    int k;
-    if (ends_with(name, "_errors.csv") || ends_with(name, "_next.csv")) return 0;
-    for (i = 0; i < sizeof ends / sizeof *ends; i++) {
-        for (k = 0; n > 4 && k < 4 && tolower((unsigned char)name[n - 4 + (size_t)k]) == ends[i][k];)
-            k++;
-        if (k == 4) return *name != '.';
-    }
+    if (*name == '.' || ends_with(name, "_errors.csv") || ends_with(name, "_next.csv")) return 0;
+    for (i = 0; i < sizeof ends / sizeof *ends; i++)
+        if (ends_with(name, ends[i])) return 1;
     return 0;
 }
 

@@ -8,9 +8,11 @@
    bytes are those of train.c, which records the range of z that the rounding needs: from a model without one (z_min < z_max)
    nothing is written. Writes MODEL_weights.h, the C definition for flash. */
 
-#include <errno.h>
+#ifndef _WIN32
+#define _POSIX_C_SOURCE 200809L
+#endif
+#include "whole.h"
 #include <signal.h>
-#include <stdio.h>
 #include <string.h>
 
 #define STRING_(x) #x
@@ -42,7 +44,7 @@ int main(int argc, char **argv)
     const char *path = STRING(MODEL) "_weights.h", *part = STRING(MODEL) ".part";
     FILE *f;
     roln_status st;
-    int count, good;
+    int count;
     if (argc != 2) return fprintf(stderr, "usage: quantise MODEL.roln\nhint: the bytes that train.c writes\n"), 1;
     if (!(f = fopen(argv[1], "rb"))) return failed(argv[1], strerror(errno), "check the path");
     count = (int)fread(bytes, 1, sizeof bytes, f);
@@ -55,12 +57,8 @@ int main(int argc, char **argv)
     signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */
 #endif
     if (!(f = fopen(part, "w"))) return failed(part, strerror(errno), "a directory that may be written to");
-    good = M(write)(&params, put_file, f) == ROLN_OK && !ferror(f);
-    good = fclose(f) == 0 && good;
-#ifdef _WIN32
-    if (good) remove(path); /* rename does not replace there */
-#endif
-    if (!good || rename(part, path) != 0) return remove(part), failed(path, strerror(errno), "make room; the old file stays");
+    if (M(write)(&params, put_file, f) != ROLN_OK) return failed(argv[1], "a weight that is no C constant", "train it again");
+    if (!put_whole(f, part, path)) return failed(path, strerror(errno), "make room; the old file stays");
     printf("%s: %u bytes of flash instead of %u\n", path, (unsigned)sizeof params,
            (unsigned)(sizeof params + 4u * (M(full_size) - M(theta_size))));
     return 0;

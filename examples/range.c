@@ -9,6 +9,9 @@
    read, and written anew with its range, and so is pend16_weights.h. Without a range a guard calls every state unknown
    (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last lines. */
 #define NO_THREADS /* no clock but that of C */
+#ifndef _WIN32
+#define _POSIX_C_SOURCE 200809L
+#endif
 #include <signal.h>
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
@@ -17,6 +20,7 @@
 #include HEADER(MODEL)
 #include "recording.h"
 #include "files.h"
+#include "whole.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -37,18 +41,12 @@ static FILE *file(const char *out, const char *ending, const char *mode)
     return f;
 }
 
-/* OUT.part, written, becomes OUT with an ending: whenever the power fails, either the old file is there or the new one. */
-static void put_in_place(FILE *f, const char *out, const char *ending, int good)
+/* OUT.part, written, becomes OUT with an ending. */
+static void put_in_place(FILE *f, const char *out, const char *ending)
 {
     char part[512], whole[512];
     sprintf(part, "%s.part", out), sprintf(whole, "%s%s", out, ending);
-    good = close_whole(f) && good;
-#ifdef _WIN32
-    if (good) remove(whole); /* rename does not replace there */
-#endif
-    if (good && rename(part, whole) == 0) return;
-    remove(part);
-    fail("cannot write %s\nhint: is the disk full?", whole);
+    if (!put_whole(f, part, whole)) fail("cannot write %s: %s\nhint: make room, or another place", whole, strerror(errno));
 }
 
 static void put(void *f, const char *text)
@@ -96,10 +94,12 @@ int main(int argc, char **argv)
     signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */
 #endif
     f = file(out, ".part", "w");
-    put_in_place(f, out, "_weights.h", M(write)(&params, put, f) == ROLN_OK);
+    if (M(write)(&params, put, f) != ROLN_OK) fail("%s: a weight that is no C constant\nhint: train it again", out);
+    put_in_place(f, out, "_weights.h");
     M(pack)(&params, bytes);
     f = file(out, ".part", "wb");
-    put_in_place(f, out, ".roln", fwrite(bytes, M(packed_size), 1, f) == 1);
+    fwrite(bytes, M(packed_size), 1, f); /* put_in_place tells */
+    put_in_place(f, out, ".roln");
     printf("%s.roln, %s_weights.h: the range of %d samples\n", out, out, d.samples);
     return DONE;
 }

@@ -109,7 +109,7 @@ int main(int argc, char **argv)
         turn[j] = 2 * acos(-1.0);
     if (sliders) read_sliders(sliders, w.N, turn);
     d = read_recordings(files.count, files.path, &w);
-    (void)add_noise, (void)smooth, (void)close_whole; /* are the trainer's */
+    (void)add_noise, (void)smooth; /* are the trainer's */
     train = hold_out(&d, held, 1);
     if (train < 1 || train >= d.trajectories) fail("%s: nothing is left to fit, or nothing held out\nhint: held=0.1", d.path);
     printf("%d parts of the recordings (%d held out), %d samples of %g s, %d joints\n", d.trajectories, d.trajectories - train,

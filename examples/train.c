@@ -55,6 +55,7 @@
 #include "recording.h"
 #include "processes.h"
 #include "files.h"
+#include "whole.h"
 #include "regression.h"
 
 #define CAT_(a, b) a##_##b
@@ -425,17 +426,11 @@ static int close_file(FILE *f, const char *suffix)
     return 0;
 }
 
-/* OUT.part, written, becomes OUTsuffix: whenever the power fails, either the old file is there or the new one. Zero, a warning, and
-   the old file if that is not possible. */
+/* OUT.part, written, becomes OUTsuffix. Zero, a warning, and the old file if that is not possible. */
 static int put_in_place(FILE *f, const char *suffix)
 {
-    const file_name part = name_of(".part"), whole = name_of(suffix);
-    int good = close_file(f, ".part");
-#ifdef _WIN32
-    if (good) remove(whole.text); /* rename does not replace there */
-#endif
-    if (good && rename(part.text, whole.text) != 0) cannot_write(suffix), good = 0;
-    if (!good) remove(part.text);
+    const int good = put_whole(f, name_of(".part").text, name_of(suffix).text);
+    if (!good) cannot_write(suffix);
     return good;
 }
 

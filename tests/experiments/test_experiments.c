@@ -431,7 +431,7 @@ static void test_headline(void)
             printf("1 s %.2f (median window %.2f, 90 %% %.2f), ", find(f, "E_q", "1000"), find(f, "E_q_median", "1000"),
                    find(f, "E_q_90", "1000"));
         else
-            printf("(median window %.3f, 90 %% %.3f), ", find(f, "E_q_median", "100"), find(f, "E_q_90", "100"));
+            printf("its median window %.3f, 90 %% %.3f, ", find(f, "E_q_median", "100"), find(f, "E_q_90", "100"));
         printf("whole %.3f, E_qd 25 ms %.2f %%; q + h qd at 25 ms %.2f %%\n", find(f, "E_q", "whole"), find(f, "E_qd", "25"),
                find(f, "trivial", "25"));
         CHECK_BELOW(find(f, "E_q", "25"), headline[i].near);
