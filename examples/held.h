@@ -6,7 +6,7 @@
        held=0.1    one recording alone, several files or a column map: blocks, spread over all recordings, of a tenth of their time.
                    One file of several recordings in the order t, q, qd, tau: the last tenth of them
        held=b.csv  the recordings of these files; a name is the end of a path, with * for any letters; more of them behind commas;
-                   each is one of a file
+                   each must fit a file
        held=none   nothing: blocks of a tenth are trained with and tested with
 
    A block is as long as two looks, and 20 samples at least, or as a tenth of all recordings if that is less. Next to a block the

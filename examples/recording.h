@@ -1408,7 +1408,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
     }
     n = split(s->apart, s->text, s->most, s->w);
     if (n > s->columns)
-        fail("%s:%d: %d columns, the %s has %d\nhint: text that holds a separator stands in quotes", d->path, s->row, n,
+        fail("%s:%d: %d columns, the %s has %d\nhint: put text that holds a separator in quotes", d->path, s->row, n,
              s->named ? "header" : "first row", s->columns);
     for (kind = OF_Q; kind < KINDS && whole; kind++) {
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
