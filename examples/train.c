@@ -796,12 +796,12 @@ static const char *newton_step(rows *f)
     enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
     static roln_real ridge[M(newton_size)];
     const roln_real rate = s.gentle ? ROLN_C(0.3) : 1;
-    roln_newton_opt opt = {s.memory, rate, 20, NULL}; /* rows more than 20 times the mean are few, but they may be true */
+    roln_newton_opt opt = ROLN_NEWTON_OPT;
     roln_real damping;
     roln_status st;
     int tries, k;
     if (s.gentle && s.newton.state.lambda < ROLN_C(0.1)) s.newton.state.lambda = ROLN_C(0.1);
-    damping = s.newton.state.lambda;
+    damping = s.newton.state.lambda, opt.memory = s.memory, opt.rate = rate;
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if (!draw(f, s.window_weight > 0 ? WINDOWS : 0)) continue;
