@@ -2,9 +2,9 @@
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, hour, install,
 #                                       clean; api wants python3, dist zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, alarms, robust, rope, models,
-#                                       noise, next, heads, doubt, experiments, eig, bench
+#                                       noise, next, heads, doubt, eig, bench; with plotting-deps experiments, report
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
-#                                       sizes, count, firmware, pil. make report wants Python with matplotlib
+#                                       sizes, count, firmware, pil
 
 CC = cc
 PREFIX = /usr/local
@@ -124,9 +124,10 @@ test:
 	    h5_cases regression)
 	@JOBS=$(JOBS) sh tests/run.sh test
 
-# Everything
+# Everything; what no step starts must compile
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_experiments generate record convert h5_cases \
-           pil machines plans swing alarms robust rope hour threads interrupts regression $(FUZZ:build/%=%)
+           pil machines plans swing alarms robust rope hour threads interrupts regression $(FUZZ:build/%=%) \
+           control bench scaling eig32 eig64 speed experiment $(ROWS:%=experiment_%) test_latent test_opinf
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release
@@ -368,13 +369,11 @@ next: build/generate
 	@JOBS=$(JOBS) sh tests/experiments/next.sh $(SECONDS)
 
 # the paper's experiments, and the tests of the rivals in them: trains what has no result in EXPERIMENTS yet, each run on one core
-# (make -j2 experiments: two at a time), by a program for each of the models, and writes tests/experiments/RESULTS.md, without the
-# runs that failed. One run: make experiments RUN=pend16-ro-1
+# (make -j2 experiments: two at a time), by a program for each of the models. tests/experiments/results.txt keeps what the runs say,
+# RESULTS.md is written from it. One run: make experiments RUN=pend16-ro-1
 EXPERIMENTS = build/experiments
 RUN =
-experiments: build/experiment $(if $(RUN),,build/speed rivals plotting-test)
-	@mkdir -p $(EXPERIMENTS)
-	@./build/experiment list > $(EXPERIMENTS)/runs.list
+experiments: $(EXPERIMENTS)/runs.list $(if $(RUN),,build/speed rivals plotting-test)
 	@./build/experiment configs > $(EXPERIMENTS)/runs.configs
 	@awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; program = "./build/experiment" ($$2 == "-" ? "" : "_" $$2); \
 	    print d $$1 ".txt:"; \
@@ -389,14 +388,18 @@ experiments: build/experiment $(if $(RUN),,build/speed rivals plotting-test)
 	$(if $(RUN),,$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments)
 	$(if $(RUN),,@! grep '^Missing' tests/experiments/RESULTS.md)
 
+$(EXPERIMENTS)/runs.list: build/experiment
+	@mkdir -p $(@D)
+	@./$< list > $@
+
 # other models of the same motion: latent models without structure or with another one, operator inference
 rivals: build/test_latent build/test_opinf
 	./build/test_latent
 	./build/test_opinf
 
-# tables and pictures of the results that are there; Python 3.8 or later with matplotlib, which nothing else here needs
+# tables and pictures again, of the results that are there; Python 3.8 or later with matplotlib, which only they need
 PLOTTING = /usr/bin/python3
-report:
+report: $(EXPERIMENTS)/runs.list
 	$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments
 plotting-deps:
 	@sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \

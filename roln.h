@@ -15,7 +15,7 @@
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); cholesky, L L^T + floor I with L lower triangular;
-                                              or squares, 6: the same with all of L learned, 6 columns, of which n are the least
+                                              or squares, 6: the same with all of L learned, 6 columns; n or more are needed
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
        #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky and squares allow
@@ -25,7 +25,8 @@
                                               also depends on direction, low velocity (Stribeck) and gravity (roln_friction);
                                               default 0
        #define ROLN_STICTION 0                1: dry friction can hold a joint exactly, in NAME_step, NAME_linear and all
-                                              that predicts with them. Needs ROLN_FRICTION. Training is the same
+                                              that predicts with them. Needs ROLN_FRICTION, and no leapfrog filter. Training is
+                                              the same
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
        #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
@@ -186,7 +187,7 @@
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR, or
    were never set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
-   eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
+   eigensolver or of a midpoint step that is too long. What fails leaves its outputs untouched, unless its comment says otherwise.
 
    In this file NAME_x is written ROLN_(x). ROLNI_(x), NAME_i_x, is an inner function of a model. Both call the kernels roln_ae_..,
    roln_lnn_.. of the headers below it, which get sizes as arguments.
@@ -227,8 +228,9 @@
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself.
    Of an angle, z and q may be on any turn, up to 2^20 rad from 0, beyond which a function says ROLN_E_NOT_FINITE, as it does
    where two that it compares are farther apart: the networks see its cosine and sine, differences are those of the shorter way,
-   within (-pi, pi], and it is always in range. NAME_step and NAME_linear keep its turn as far as two turns, 4 pi, from 0, and
-   bring it within (-pi, pi] first where it is farther out: subtract angles by roln_wrap. */
+   within (-pi, pi], and its range is an arc, or all of the circle if the recordings went round. NAME_step and NAME_linear keep its
+   turn as far as two turns, 4 pi, from 0, and bring it within (-pi, pi] first where it is farther out: subtract angles by
+   roln_wrap. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -1532,7 +1534,8 @@ typedef struct {
     roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error;
                        of joints with units of their own tau / each_j */
     roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
-    int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
+    int lost;       /* ticks in a row that are bridged in which gates leave fewer joints than coordinates; with as many joints as
+                       coordinates one joint beyond its gate is enough */
     /* what follows may be left out */
     const roln_real *q_each, *tau_each; /* [N] in place of q, of tau; NULL: these */
     roln_real load; /* deviation by which the torque of a load on each joint wanders in a second, as tau; 0: there is none */
@@ -1544,10 +1547,10 @@ typedef struct {
 #define ROLN_FILTER_START 2048u   /* The filter started at the measured pose, at rest. */
 #define ROLN_FILTER_NONE 4096u    /* There is no estimate. The filter waits for every joint or for valid settings. */
 
-/* Returns the name of the lowest bit of a word of faults and one sentence about it. The word is that of NAME_tick,
-   NAME_guard_tick or NAME_filter_tick. To print all bits: for (; faults; faults &= faults - 1) puts(roln_fault_text(faults));
-   0 gives "no fault", a bit that has no name "unknown fault". The texts are linked only into programs that call this function
-   (test_safety.c: test_texts). */
+/* Returns the name of the lowest bit of a word of faults and one sentence about it. The word is that of NAME_tick or
+   NAME_guard_tick; of a filter's, bits below 512 mean other things (docs/task.md). To print all bits:
+   for (; faults; faults &= faults - 1) puts(roln_fault_text(faults)); 0 gives "no fault", a bit that has no name "unknown fault".
+   The texts are linked only into programs that call this function (test_safety.c: test_texts). */
 ROLN_FN const char *roln_fault_text(uint32_t faults)
 {
     static const char *const text[] = {
@@ -3818,16 +3821,20 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. An
-   angle does, whatever its range, up to 2^20. */
+/* How far z lies beyond the range of coordinate i, 0 or less within. Of an angle the range is an arc: counted is the turn of z
+   that is next to its middle, and an arc of 2 pi holds all. NaN: an angle more than 2^20 rad from there. */
+ROLN_FN roln_real ROLNI_(beyond)(const ROLN_(params) *p, int i, roln_real z)
+{
+    const roln_real low = p->z_min[i], high = p->z_max[i], x = roln_lnn_near(&ROLN_(model).lnn, i, low / 2 + high / 2, z);
+    return ROLN_MAX(low - x, x - high);
+}
+
+/* Nonzero if z, zd [n] lie in the range, z at most margin (z_max - z_min) beyond it, |zd| <= (1 + margin) zd_max; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const roln_real *z, const roln_real *zd)
 {
     int i, in = 1;
     for (i = 0; i < ROLN_(n); i++) {
-        const roln_real wide = margin * (p->z_max[i] - p->z_min[i]);
-        const int known = roln_lnn_angle(&ROLN_(model).lnn, i) ? rolni_is_angle(z[i])
-                                                               : z[i] >= p->z_min[i] - wide && z[i] <= p->z_max[i] + wide;
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) && known;
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) && ROLNI_(beyond)(p, i, z[i]) <= margin * (p->z_max[i] - p->z_min[i]);
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * p->zd_max[i];
     }
     return in;
@@ -4025,19 +4032,20 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
 
 /* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed
    or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
-   way to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of
-   the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
-   (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until g->g is zeroed. A
-   last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of this
-   tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder that
-   failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power zd^T
-   (J^T tau - d) of its ends. ROLN_FAULT_MANIFOLD leaves it out, since z is then not the pose. It is of second order in dt and grows
-   with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder, say, lets it jump
-   by the energy of the jump over dt. limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th,
-   and a force that stays counts after w ticks. limits->false_alarms = a makes it the mean of w ticks, without those whose residual
-   is not known: one beyond the limit is an alarm and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a
-   row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares
-   with them are the torques that act, g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
+   way to it failed. If the motors do not fit the model, neither `want` nor an array of torques of the limits is read. g->tau is the
+   torque of the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of
+   torque and rate (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until
+   g->g is zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the
+   faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as
+   an encoder that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the
+   mean power zd^T (J^T tau - d) of its ends. ROLN_FAULT_MANIFOLD leaves it out, since z is then not the pose. It is of second order
+   in dt and grows with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder,
+   say, lets it jump by the energy of the jump over dt. limits->residual_window = w makes it the running mean R += (r - R) / w:
+   jumps count a w-th, and a force that stays counts after w ticks. limits->false_alarms = a makes it the mean of w ticks, without
+   those whose residual is not known: one beyond the limit is an alarm and a bad tick, and the limit follows (rolni_raised). More
+   than `hold` alarms in a row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured all the same, not ahead:
+   what the guard compares with them are the torques that act, g->sent[0]. Each call adds a torque to those on their way, so call it
+   once a tick. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
@@ -5490,8 +5498,9 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
 typedef struct { roln_real t[ROLN_(terms)]; } ROLN_(doubt_work);
 
 /* How far the model can be off at a state: its novelty, and the standard deviations of the acceleration zdd and of the force on z
-   that the model says there. ROLN_E_RANGE: e has seen no state, or e->halves are none of NAME_fit_doubt; ROLN_E_NOT_FINITE. d is
-   untouched unless ROLN_OK. Cost with n = 4: 5,900 multiply-adds and 124 divisions. */
+   that the model says there; without NAME_fit_doubt these are unknown, and 0. ROLN_E_RANGE: e has seen no state, or e->halves are
+   none of NAME_fit_doubt nor 0; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4: 5,900 multiply-adds and 124
+   divisions. */
 ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s, ROLN_(doubts) *d,
                                  ROLN_(doubt_work) *w)
 {
@@ -6084,7 +6093,8 @@ ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
    test_motor_units). If the solution is beyond other limits of the state (roln_term) than the base is, the problem is solved again
    with those, at most three times. Numbers that goal points to stay as they are during the call. The derivatives of each step are
    kept in *plan for the next call, which uses them again if the state there has hardly moved (docs/control.md, "Derivatives").
-   Cost: steps times NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve. */
+   Cost: steps times NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve, with limits
+   of the state one to four times. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
                                      ROLN_(plan_next_work) *w)
 {
@@ -6389,7 +6399,8 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
 
 /* ---- 15 range, limits and noise from recordings ---------------------------------------------- */
 
-/* Low and high z, largest |zd| [n] over the first samples of the windows of b. Status of NAME_encode; then they are scratch. */
+/* Low and high z, largest |zd| [n] over the first samples of the windows of b; of an angle the turn next to the middle of what was
+   there before. Status of NAME_encode; then they are scratch. */
 ROLN_FN roln_status ROLNI_(range)(const ROLN_(params) *p, const roln_batch *b, roln_real *low, roln_real *high, roln_real *top,
                                   ROLN_(encode_work) *w)
 {
@@ -6402,8 +6413,9 @@ ROLN_FN roln_status ROLNI_(range)(const ROLN_(params) *p, const roln_batch *b, r
         if (st != ROLN_OK) return st;
         for (i = 0; i < n; i++) {
             const roln_real v = ROLN_ABS(s[n + i]);
-            low[i] = k == 0 || s[i] < low[i] ? s[i] : low[i];
-            high[i] = k == 0 || s[i] > high[i] ? s[i] : high[i];
+            const roln_real z = k == 0 ? s[i] : roln_lnn_near(&ROLN_(model).lnn, i, low[i] / 2 + high[i] / 2, s[i]);
+            low[i] = k == 0 || z < low[i] ? z : low[i];
+            high[i] = k == 0 || z > high[i] ? z : high[i];
             top[i] = k == 0 || v > top[i] ? v : top[i];
         }
     }
@@ -6416,8 +6428,9 @@ typedef struct {
     ROLN_(encode_work) encode;
 } ROLN_(fit_range_work);
 
-/* Records in p the range seen in training: z_min, z_max, zd_max (largest |zd|) over the samples q, qd [count][N]; of an angle it is
-   -pi .. pi. ROLN_E_LENGTH: count below 1; status of NAME_encode. p stays as it was unless ROLN_OK. */
+/* Records in p the range seen in training: z_min, z_max, zd_max (largest |zd|) over the samples q, qd [count][N]; of an angle that
+   went round, to within a twentieth, it is -pi .. pi, else an arc whose middle lies there. ROLN_E_LENGTH: count below 1; status of
+   NAME_encode. p stays as it was unless ROLN_OK. */
 ROLN_FN roln_status ROLN_(fit_range)(ROLN_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLN_(fit_range_work) *w)
 {
     const int n = ROLN_(n);
@@ -6427,8 +6440,12 @@ ROLN_FN roln_status ROLN_(fit_range)(ROLN_(params) *p, int count, const roln_rea
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (count < 1) return ROLN_E_LENGTH;
     if ((st = ROLNI_(range)(p, &b, w->low, w->high, w->top, &w->encode)) != ROLN_OK) return st;
-    for (i = 0; i < n; i++)
-        if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->low[i] = -ROLNI_PI, w->high[i] = ROLNI_PI;
+    for (i = 0; i < n; i++) {
+        const roln_real middle = w->low[i] / 2 + w->high[i] / 2, turns = middle - roln_lnn_near(&ROLN_(model).lnn, i, 0, middle);
+        w->low[i] -= turns, w->high[i] -= turns;
+        if (roln_lnn_angle(&ROLN_(model).lnn, i) && !(w->high[i] - w->low[i] < ROLN_C(1.9) * ROLNI_PI))
+            w->low[i] = -ROLNI_PI, w->high[i] = ROLNI_PI;
+    }
     rolni_copy(n, w->low, p->z_min);
     rolni_copy(n, w->high, p->z_max);
     rolni_copy(n, w->top, p->zd_max);
@@ -6446,8 +6463,7 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     if (!roln_finite(novelty)) return ROLN_E_NOT_FINITE;
     most->novelty = ROLN_MAX(most->novelty, novelty);
     for (i = 0; i < ROLN_(n); i++) {
-        const roln_real wide = p->z_max[i] - p->z_min[i], z = s->z[i];
-        const roln_real out = roln_lnn_angle(lnn, i) ? 0 : ROLN_MAX(p->z_min[i] - z, z - p->z_max[i]);
+        const roln_real wide = p->z_max[i] - p->z_min[i], out = ROLNI_(beyond)(p, i, s->z[i]);
         const roln_real fast = ROLN_ABS(s->zd[i]) - p->zd_max[i];
         if ((out > 0 && !(wide > 0)) || (fast > 0 && !(p->zd_max[i] > 0))) return ROLN_E_RANGE;
         if (out > 0) most->margin = ROLN_MAX(most->margin, out / wide);

@@ -1109,7 +1109,7 @@ ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, 
     }
 }
 
-/* B += c Z_t S with S = F_t, F_0 = diag(l), where l is given, or S = E_t, E_0 = diag(e^l), E_t = K o F_t, where l is NULL.
+/* B += c Z_t S with S = E_t, E_0 = diag(e^l), E_t = K o F_t, where K is given, or S = F_t, F_0 = diag(l), where K is NULL.
    S and product [m][m] are scratch. Inline, so that nothing of it is left where base is 0. */
 ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, const roln_real *l, const roln_real *K,
                                  const roln_real *F, roln_real *B, roln_real *S, roln_real *product)
@@ -1118,8 +1118,8 @@ ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, 
     for (i = 0; i < m; i++)
         for (j = 0; j < m; j++) {
             const int at = i * m + j;
-            if (t == 0) S[at] = i != j ? 0 : l ? l[i] : K[at];
-            else S[at] = l ? F[(t - 1) * m * m + at] : K[at] * F[(t - 1) * m * m + at];
+            if (t == 0) S[at] = i != j ? 0 : K ? K[at] : l[i];
+            else S[at] = K ? K[at] * F[(t - 1) * m * m + at] : F[(t - 1) * m * m + at];
         }
     roln_mm(m, m, m, Z + t * m * m, S, product);
     for (i = 0; i < m * m; i++)
@@ -1145,7 +1145,7 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
     roln_real *const D = work, *const S = work, *const product = S + nn;
     if (base) rolni_zero(nn, B);
     for (t = 0; base && t <= k; t++)
-        rolni_add_base(n, t, 1, Z, NULL, K, F, B, S, product);
+        rolni_add_base(n, t, 1, Z, l, K, F, B, S, product);
     if (k > 0) roln_exp_dd2(n, l, K, D);
     rolni_spectral_eig_bwd(n, k, K, D, F, Z);
     for (t = 0; t <= k; t++) {

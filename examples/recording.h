@@ -98,6 +98,7 @@ typedef struct {
     double dt;                  /* s from sample to sample; 0: that of the recordings */
     double filter;              /* Hz; 0: what the spectrum asks for; below 0: none */
     int tell;                   /* nonzero: print the table of columns */
+    const motion *like;         /* names and units of columns are compared with those of its first file; NULL: they are the first */
 } wanted;
 
 /* ---- 1 messages ---- */
@@ -1359,11 +1360,12 @@ static void begin_mapped(motion *d, const wanted *w, sheet *s, int n)
              d->path, s->header_row, names, n, s->row);
     s->named = names > 0, s->columns = names > n ? names : n;
     units = *s->units ? split(s->apart, s->units, s->most, s->w) : 0;
-    s->first_file = d->samples == 0;
-    if (s->first_file) {
+    s->first_file = d->samples == 0 && !w->like;
+    if (d->samples == 0) {
         d->mapped = 1, d->has_qd = w->columns[OF_QD] != NULL, d->has_tau = w->columns[OF_TAU] != NULL;
         d->fields = room(1 + 2 * (size_t)d->N + (size_t)F, sizeof *d->fields);
         d->measured = 1;
+        if (w->like) memcpy(d->fields, w->like->fields, (size_t)w->like->count * sizeof *d->fields), d->count = w->like->count;
     }
     if (w->torque && !d->has_tau) fail("%s:%d: torque=1 needs tau=\nhint: tau=14:19, say, or leave torque=1 out", d->path, s->row);
     choose_time(d, w, s, names, s->columns);

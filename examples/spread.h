@@ -23,7 +23,8 @@
 enum { LANES = 1024 };
 
 typedef struct {
-    uint64_t sum;                  /* checksum of q, qd and tau */
+    uint64_t sum;                  /* checksum of q and qd */
+    double square;                 /* sum of tau^2, whose unit follows from all files and rounds it */
     int recordings, samples, said; /* said: 1 if there is something to say of it */
 } spread_file;
 
@@ -67,17 +68,23 @@ static void list_spread(const char *names)
     apart = 0;
 }
 
-/* Goes on with a checksum over q, qd and tau of samples from .. to - 1. */
-static uint64_t sum_of(const motion *m, int from, int to, uint64_t sum)
+/* Goes on with a checksum and a square over samples from .. to - 1. */
+static void add_sum(const motion *m, int from, int to, spread_file *f)
 {
-    const size_t row = (size_t)m->N * sizeof *m->q, forces = (size_t)m->forces * sizeof *m->tau;
-    int i;
-    for (i = from; i < to; i++) {
-        sum = roln_fnv((int)row, (const unsigned char *)(m->q + (size_t)i * (size_t)m->N), sum);
-        sum = roln_fnv((int)row, (const unsigned char *)(m->qd + (size_t)i * (size_t)m->N), sum);
-        sum = roln_fnv((int)forces, (const unsigned char *)(m->tau + (size_t)i * (size_t)m->forces), sum);
+    const size_t row = (size_t)m->N * sizeof *m->q, forces = (size_t)m->forces;
+    size_t i, j;
+    for (i = (size_t)from; i < (size_t)to; i++) {
+        f->sum = roln_fnv((int)row, (const unsigned char *)(m->q + i * (size_t)m->N), f->sum);
+        f->sum = roln_fnv((int)row, (const unsigned char *)(m->qd + i * (size_t)m->N), f->sum);
+        for (j = i * forces; j < (i + 1) * forces; j++)
+            f->square += (double)m->tau[j] * (double)m->tau[j];
     }
-    return sum;
+    f->samples += to - from;
+}
+
+static int same_samples(const spread_file *a, const spread_file *b)
+{
+    return a->sum == b->sum && a->samples == b->samples && fabs(a->square - b->square) <= 1e-4 * a->square;
 }
 
 /* Reads file k. Messages about it go to *text. */
@@ -88,8 +95,8 @@ static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m),
     motion *m = &scattered.own[k];
     *m = read_recordings(1, &scattered.files.path[k], w);
     prepare(m);
-    f->recordings = m->trajectories, f->samples = m->samples, f->sum = ROLN_FNV;
-    f->sum = sum_of(m, 0, m->samples, ROLN_FNV);
+    f->recordings = m->trajectories, f->sum = ROLN_FNV;
+    add_sum(m, 0, m->samples, f);
     if (transcript[said]) {
         f->said = 1, *text = room(strlen(transcript + said) + 1, 1);
         strcpy(*text, transcript + said), transcript[said] = 0;
@@ -122,7 +129,8 @@ static void count_spread(void)
     unite(scattered.file, (size_t)scattered.files.count * sizeof *scattered.file);
     for (k = 0; k < scattered.files.count; k++) {
         recordings += scattered.file[k].recordings, samples += scattered.file[k].samples;
-        scattered.sum = 3 * scattered.sum + scattered.file[k].sum;
+        scattered.sum = roln_fnv((int)sizeof scattered.file[k].square, (const unsigned char *)&scattered.file[k].square,
+                                 3 * scattered.sum + scattered.file[k].sum);
     }
     if (samples > INT_MAX - 1)
         fail("spread=: %.0f samples, but there can be %d\nhint: fewer files, or a larger dt=", samples, INT_MAX);
@@ -143,26 +151,25 @@ static void count_spread(void)
 /* Refuses a file that is there twice, or is one of d: its held-out part would be trained with. */
 static void refuse_spread_twins(void)
 {
-    uint64_t *const sum = room((size_t)d.trajectories + 1, sizeof *sum);
+    spread_file *const own = room((size_t)d.trajectories + 1, sizeof *own);
     int files = 0, a, b;
     for (a = 0; a < d.trajectories; a++) {
-        files += a == 0 || d.file[a] != d.file[a - 1];
-        if (a == 0 || d.file[a] != d.file[a - 1]) sum[files - 1] = ROLN_FNV;
-        sum[files - 1] = sum_of(&d, d.first[a], d.first[a + 1], sum[files - 1]);
+        if (a == 0 || d.file[a] != d.file[a - 1]) own[files++].sum = ROLN_FNV;
+        add_sum(&d, d.first[a], d.first[a + 1], &own[files - 1]);
     }
     for (a = 0; a < scattered.files.count; a++) {
         const spread_file *f = &scattered.file[a];
-        for (b = 0; b < files && f->sum != sum[b]; b++)
+        for (b = 0; b < files && !same_samples(f, &own[b]); b++)
             ;
         if (b < files)
             fail("spread=: %s has the samples of a file that is read already\nhint: each file once", scattered.files.path[a]);
-        for (b = 0; b < a && (f->sum != scattered.file[b].sum || f->samples != scattered.file[b].samples); b++)
+        for (b = 0; b < a && !same_samples(f, &scattered.file[b]); b++)
             ;
         if (b < a)
             fail("spread=: %s and %s have the same samples\nhint: each file once", scattered.files.path[b],
                  scattered.files.path[a]);
     }
-    free(sum);
+    free(own);
 }
 
 /* Reads the files of a list, with the columns and the filter of w. `prepare` then changes each as the trainer needs it. */
@@ -339,11 +346,14 @@ static void widen_range(M(params) * p)
 {
     enum { n = M(n) };
     const double *range = scattered.range;
+    const roln_real pi = ROLN_C(3.1415926535897932);
     int i;
     for (i = 0; i < n && scattered.ranged; i++) {
         p->z_min[i] = (roln_real)fmin((double)p->z_min[i], -range[i]);
         p->z_max[i] = (roln_real)fmax((double)p->z_max[i], range[n + i]);
         p->zd_max[i] = (roln_real)fmax((double)p->zd_max[i], range[2 * n + i]);
+        if (roln_lnn_angle(&M(model).lnn, i) && !(p->z_max[i] - p->z_min[i] < ROLN_C(1.9) * pi))
+            p->z_min[i] = -pi, p->z_max[i] = pi; /* as NAME_fit_range has it */
     }
 }
 

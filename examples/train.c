@@ -775,7 +775,7 @@ static int windows_begin(void)
     return s.step >= windows_from() || (set("seconds") > 0 && agreed(left() < granted / 2));
 }
 
-/* 1.3 times the largest |z| of what is trained with, at least 1.3. */
+/* 1.3 times the largest |z| of what is trained with, at least 1.3; z that is no angle. */
 static roln_real reach_of_data(void)
 {
     static M(work) scratch;
@@ -785,7 +785,7 @@ static roln_real reach_of_data(void)
     p = s.p;
     if (M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK) return ROLN_C(1.3);
     for (i = 0; i < (int)M(n); i++)
-        most = ROLN_MAX(most, ROLN_MAX(p.z_max[i], -p.z_min[i]));
+        if (!roln_lnn_angle(&M(model).lnn, i)) most = ROLN_MAX(most, ROLN_MAX(p.z_max[i], -p.z_min[i]));
     return ROLN_C(1.3) * most;
 }
 
@@ -999,9 +999,11 @@ static void checkpoint(void)
 static void check_alike_everywhere(void)
 {
     const origin o = origin_of();
-    const double threads = set("threads");
     uint64_t mine = roln_fnv((int)sizeof o, (const unsigned char *)&o, ROLN_FNV), first;
-    mine = first = roln_fnv((int)sizeof threads, (const unsigned char *)&threads, mine);
+    int i;
+    for (i = 0; i < SETTINGS; i++) /* those that a checkpoint lets change, too */
+        mine = roln_fnv((int)sizeof settings[i].value, (const unsigned char *)&settings[i].value, mine);
+    first = mine;
     hand_out(0, &first, sizeof first);
     apart = 1;
     if (first != mine)
@@ -1531,7 +1533,7 @@ static void read_more(wanted w)
 {
     if (set("noise") > 0 || words[SMOOTHER].value)
         fail("spread= and %s=: not together\nhint: name all recordings without spread=", set("noise") > 0 ? "noise" : "smoother");
-    w.tell = 0, w.dt = d.dt;
+    w.tell = 0, w.dt = d.dt, w.like = &d;
     read_spread(words[SPREAD].value, &w, prepare_spread);
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
+/* adapt.c - a model trained on the PC goes on learning on the board, a bounded piece of work per tick, and survives resets.
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
    learner sees q, qd of every tick, and whether somebody has moved the chain. It changes P weights, the output layers of the mass
@@ -127,6 +127,7 @@ typedef struct {
 
 static kept_mark marks[2] KEPT;
 static memory copies[2] KEPT;
+static uint64_t origin; /* sum of the weights that learning begins with: what others began with is not gone on with */
 
 /* A turn: done again after a reset. */
 typedef enum { SAMPLE, LOOK, SUMS, STEP, JUDGE, COMPARE, SAVE, PHASES } phases;
@@ -382,23 +383,24 @@ static void compare(memory *m)
     turn.phase = SAVE;
 }
 
-/* One tick of the learner, x measured. Returns the copy to work on. */
+/* One tick of the learner, x measured; NULL: not, or the guard reports a fault. Then the window is dropped. Returns the copy to
+   work on. */
 static int tick(int copy, const chain_state *x)
 {
     memory *m = &copies[copy];
     const phases now = turn.phase;
-    if (now == SAMPLE) watch(m, x);
+    if (now == SAMPLE && x) watch(m, x);
     if (now == LOOK) look(m);
     if (now == SUMS) sums(m);
     if (now == STEP) step(m);
     if (now == JUDGE) judge(m);
     if (now == COMPARE) compare(m);
     m->tick++, m->samples++;
-    memmove(m->last + 1, m->last, 3 * sizeof *m->last);
-    m->last[0] = *x;
+    if (!x) turn.age = 0;
+    else memmove(m->last + 1, m->last, 3 * sizeof *m->last), m->last[0] = *x;
     if (now != SAVE) return copy;
     turn.phase = SAMPLE;
-    return kept_save(marks, copies, (int)sizeof *copies, copy);
+    return kept_save(marks, copies, (int)sizeof *copies, copy, origin);
 }
 
 /* ---- errors ---- */
@@ -475,13 +477,15 @@ int main(void)
 {
     static const char *const names[PHASES] = {"sample ", ", look ", ", sums ", ", step ", ", judge ", ", compare ", ", save "};
     uint32_t most[PHASES] = {0, 0, 0, 0, 0, 0, 0};
-    int copy = kept_open(marks, copies, (int)sizeof *copies);
+    int copy;
+    origin = roln_fnv((int)sizeof chain_weights, (const unsigned char *)&chain_weights, ROLN_FNV);
+    copy = kept_open(marks, copies, (int)sizeof *copies, origin);
     if (chain_model.lnn.mass_net.size[chain_model.lnn.mass_net.layers - 1] != LAST) return 1;
     if (copy < 0) {
         start(&copies[0]);
         put_text("start\ntrained   ");
         test(&copies[0].model, before);
-        copy = kept_save(marks, copies, (int)sizeof *copies, 0);
+        copy = kept_save(marks, copies, (int)sizeof *copies, 0, origin);
     } else {
         put_text("resumed at tick ");
         put_integer(copies[copy].tick, 0);

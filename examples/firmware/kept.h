@@ -5,8 +5,10 @@
 
        static kept_mark marks[2] KEPT;
        static T states[2] KEPT;
-       int i = kept_open(marks, states, sizeof *states);          -1: nothing saved, work on states[0]
-       i = kept_save(marks, states, sizeof *states, i);           work on states[i] from now on
+       int i = kept_open(marks, states, sizeof *states, of);      -1: nothing saved, work on states[0]
+       i = kept_save(marks, states, sizeof *states, i, of);       work on states[i] from now on
+
+   of: any number of what the states go on from, a sum of the program's weights say. States saved of another one are not opened.
 
    In memory that keeps without power what is in it, FRAM say, it survives a power cut, too, in the middle of a word
    (tests/firmware/cuts.c). If memory is cached, keep these where it is not, or write the cache back in kept_settle. */
@@ -24,9 +26,9 @@ static void kept_settle(void)
     __asm volatile("" ::: "memory");
 }
 
-static uint64_t kept_sum(uint64_t number, const unsigned char *bytes, int size)
+static uint64_t kept_sum(uint64_t of, uint64_t number, const unsigned char *bytes, int size)
 {
-    return roln_fnv(size, bytes, roln_fnv((int)sizeof number, (const unsigned char *)&number, ROLN_FNV));
+    return roln_fnv(size, bytes, roln_fnv((int)sizeof number, (const unsigned char *)&number, ROLN_FNV ^ of));
 }
 
 /* Leave copy i as it is and go on in the other one. */
@@ -39,12 +41,12 @@ static int kept_switch(kept_mark *marks, unsigned char *copies, int size, int i)
 }
 
 /* Index of the copy to work on, equal to the newest whole one; -1: there is none. */
-static int kept_open(kept_mark *marks, void *copies, int size)
+static int kept_open(kept_mark *marks, void *copies, int size, uint64_t of)
 {
     unsigned char *bytes = (unsigned char *)copies;
     int newest = -1;
     for (int i = 0; i < 2; i++)
-        if (marks[i].number > 0 && marks[i].sum == kept_sum(marks[i].number, bytes + i * size, size)) {
+        if (marks[i].number > 0 && marks[i].sum == kept_sum(of, marks[i].number, bytes + i * size, size)) {
             if (newest < 0 || marks[i].number > marks[newest].number) newest = i;
         } else
             marks[i].number = 0;
@@ -52,12 +54,12 @@ static int kept_open(kept_mark *marks, void *copies, int size)
 }
 
 /* Save copy i; returns the index of the copy to work on from now on. */
-static int kept_save(kept_mark *marks, void *copies, int size, int i)
+static int kept_save(kept_mark *marks, void *copies, int size, int i, uint64_t of)
 {
     unsigned char *bytes = (unsigned char *)copies;
     const uint64_t number = marks[1 - i].number + 1;
     kept_settle();
-    marks[i].sum = kept_sum(number, bytes + i * size, size);
+    marks[i].sum = kept_sum(of, number, bytes + i * size, size);
     kept_settle();
     marks[i].number = number;
     kept_settle();

@@ -14,6 +14,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "experiment.h"
 #include "recipes.h"
@@ -187,7 +188,8 @@ static int run(const char *name, const char *dir, enum order order, double budge
 {
     struct result r;
     struct motion d, test;
-    char text[512], part[512], weights[512], path[512];
+    const time_t now = time(NULL);
+    char text[512], part[512], weights[512], path[512], day[16];
     double all = 0;
     int seed;
     memset(&r, 0, sizeof r);
@@ -211,8 +213,9 @@ static int run(const char *name, const char *dir, enum order order, double budge
     }
     FILE *out = fopen(part, "w");
     if (!out) return perror(part), -1;
-    fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
-            r.params, 1e-6 * r.samples, r.seconds);
+    strftime(day, sizeof day, "%Y%m%d", localtime(&now));
+    fprintf(out, "run %s %s\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, day,
+            d.count, r.params, 1e-6 * r.samples, r.seconds);
     if (r.recipe->kind == FIT ? fit_measure(&d, &test, out)
                               : measure_all(&r, &test, out) || (r.recipe->kind != CHART && draw(&r, &test, path)))
         return -1;

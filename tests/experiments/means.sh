@@ -19,7 +19,7 @@ means() {
     shift 2
     for log; do
         awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2; median = $4; most = $5 }
-            on && NF == 11 && $1 ~ /^[0-9]+$/ { c = $2 }
+            on && NF >= 11 && $1 ~ /^[0-9]+$/ { c = $2 } # a remark may follow
             END { printf "%s,%s,%s,%s,%s\n", a, b, median, most, c }' "$log"
     done | awk -F, -v width="$width" -v row="$row" '
         { for (i = 1; i <= 5; i++) {

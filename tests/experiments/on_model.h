@@ -232,13 +232,13 @@ static void M(hold_of)(void *self, roln_real *J, roln_real *r)
     if (J) memcpy(J, m->row.J, M(newton_size) * sizeof *J);
 }
 
-/* Up to 1.3 times the largest |z| of the range that was fitted, at least 1. */
+/* Up to 1.3 times the largest |z| of the range that was fitted, at least 1; z that is no angle. */
 static void M(ridge_of)(void *self, roln_real *w)
 {
     const M(self) *m = self;
     roln_real most = 1;
     for (int i = 0; i < M(n); i++)
-        most = ROLN_MAX(most, ROLN_MAX(m->p.z_max[i], -m->p.z_min[i]));
+        if (!roln_lnn_angle(&M(model).lnn, i)) most = ROLN_MAX(most, ROLN_MAX(m->p.z_max[i], -m->p.z_min[i]));
     M(newton_ridge)(ROLN_C(0.02), ROLN_C(1.3) * most, w);
 }
 #endif

@@ -3,9 +3,11 @@
 
     report.py DIR OUTDIR
 
-DIR holds runs.list (what `experiment list` prints), NAME-SEED.txt (lines `key argument value`), NAME-SEED.path of rope and cloth,
-and speed.txt (lines `key system value`); a run that is missing is left open. The text is that of RESULTS.in.md, beside this file:
-$name stands for a table of that name, and a line `![..](NAME.svg)` for a picture, which goes if there is nothing to show.
+DIR holds runs.list (what `experiment list` prints), NAME-SEED.txt (lines `key argument value`), NAME-SEED.path of rope and cloth
+(lines `path true|predicted ms x y z ..`), and speed.txt (lines `key system value`). OUTDIR/results.txt keeps what they say, one
+run behind the other: a run that DIR lacks is taken from there, one that neither has is left open. The text is that of
+RESULTS.in.md, beside this file: $name stands for a table of that name, and a line `![..](NAME.svg)` for a picture, which goes if
+there is nothing to show.
 """
 import io
 import math
@@ -46,28 +48,42 @@ def stat(values):
                 min(x), max(x))
 
 
-class Results:
-    """recipes: the run list; runs[recipe][seed]: {"key argument": value}."""
+def read_lines(path):
+    return path.read_text().splitlines() if path.exists() else []
 
-    def __init__(self, directory):
-        self.directory = Path(directory)
-        self.recipes, self.runs, self.speed = {}, {"speed": {}}, {}
-        if not (self.directory / "runs.list").exists():
-            sys.exit(f"report.py: no runs in {directory}; `make experiments` makes them")
-        for line in (self.directory / "runs.list").read_text().splitlines():
+
+class Results:
+    """recipes: the run list; lines[run]: what it says; runs[recipe][seed]: {"key argument": value}."""
+
+    def __init__(self, directory, kept):
+        """kept: results.txt, in which a run begins with a line `run NAME-SEED day`."""
+        self.recipes, self.runs, self.speed, self.lines = {}, {"speed": {}}, {}, {}
+        if not (directory / "runs.list").exists():
+            sys.exit(f"report.py: no {directory}/runs.list; `make experiments` makes it")
+        for line in read_lines(kept):
+            if line.startswith("run "):
+                of_run = self.lines.setdefault(line.split()[1], [])
+            of_run.append(line)
+        for line in read_lines(directory / "runs.list"):
             run, trajectories, system = line.split(None, 2)
             name, seed = run.rsplit("-", 1)
             self.recipes[name] = Recipe(system, int(trajectories), int(seed))
-            self.read_run(name, int(seed))
-        self.read_speed()
+            if new := read_lines(directory / f"{run}.txt"):
+                self.lines[run] = new + read_lines(directory / f"{run}.path")
+            if run in self.lines:
+                self.read_run(name, int(seed), [line for line in self.lines[run] if not line.startswith("path ")])
+        if new := read_lines(directory / "speed.txt"):
+            self.lines["speed"] = ["run speed 0"] + new
+        self.read_speed(self.lines.get("speed", [])[1:])
 
-    def read_run(self, name, seed):
-        path = self.directory / f"{name}-{seed}.txt"
-        if not path.exists():
-            return
+    def keep(self, kept):
+        listed = [f"{name}-{seed}" for name, recipe in self.recipes.items() for seed in range(1, recipe.seeds + 1)]
+        kept.write_text("".join(line + "\n" for run in listed + ["speed"] for line in self.lines.get(run, [])))
+
+    def read_run(self, name, seed, lines):
         run = self.runs.setdefault(name, {}).setdefault(seed, {})
         trivial = self.runs.setdefault(name + TRIVIAL, {}).setdefault(seed, {})
-        for key, argument, value in map(str.split, path.read_text().splitlines()):
+        for key, argument, value in map(str.split, lines):
             if key == "trivial":
                 trivial["E_q " + argument] = float(value)
             else:
@@ -75,10 +91,9 @@ class Results:
             if key == "E_q":  # failures are only written if there are some
                 run.setdefault("failed " + argument, 0)
 
-    def read_speed(self):
+    def read_speed(self, lines):
         """self.speed[system][key]; how many times faster than MuJoCo a model is goes to the recipe `speed` for the goals."""
-        path = self.directory / "speed.txt"
-        for key, system, value in map(str.split, path.read_text().splitlines() if path.exists() else []):
+        for key, system, value in map(str.split, lines):
             self.speed.setdefault(system, {})[key] = value if key in ("weights", "missing", "integrator") else float(value)
         faster = {f"faster {system}": v["full_us"] / v["full_ms"] / v["model_stable_latent"]
                   for system, v in self.speed.items() if "missing" not in v}
@@ -444,9 +459,13 @@ def runs_table(results):
         if left:
             missing.append(f"{name}-{left}" if seeds else name)
     runs, wanted, hours, longest = cost(results)
+    days = sorted(f"{day:.0f}" for name in results.recipes for run in results.runs.get(name, {}).values()
+                  for key, day in run.items() if key.startswith("run "))
+    when = " to ".join(f"{day[:4]}-{day[4:6]}-{day[6:]}" for day in dict.fromkeys(days[:1] + days[-1:]))
     heading = ["run", "system", "trajectories", "seeds", "parameters", "million samples", "training, s", "with its measurement, s"]
     return "\n\n".join([markdown(heading, rows),
-                        f"{runs} of {wanted} runs: {hours:.2f} core-hours; the longest run took {longest:.0f} minutes.",
+                        f"{runs} of {wanted} runs{when and ', ' + when}: {hours:.2f} core-hours; the longest run took "
+                        f"{longest:.0f} minutes.",
                         f"Missing: {', '.join(missing)}." if missing else "No run is missing."])
 
 
@@ -565,10 +584,9 @@ PREDICTED = dict(facecolor="none", edgecolor="#08519c")
 
 
 def read_shapes(results, run):
-    """Instants (ms, true, predicted) of DIR/RUN.path, each a list of (x, y, z) in mm."""
-    path = results.directory / f"{run}.path"
+    """Instants (ms, true, predicted) of a run's path, each a list of (x, y, z) in mm."""
     shapes = {"true": [], "predicted": []}
-    for _, whose, ms, *xyz in map(str.split, path.read_text().splitlines() if path.exists() else []):
+    for _, whose, ms, *xyz in (line.split() for line in results.lines.get(run, []) if line.startswith("path ")):
         xyz = [float(x) for x in xyz]
         shapes[whose].append((int(ms), list(zip(xyz[::3], xyz[1::3], xyz[2::3]))))
     return [(ms, true, predicted) for (ms, true), (_, predicted) in zip(shapes["true"], shapes["predicted"])]
@@ -666,7 +684,9 @@ def machine():
 
 
 def report(directory, out):
-    results, template = Results(directory), (Path(__file__).parent / "RESULTS.in.md").read_text()
+    kept = out / "results.txt"
+    results, template = Results(directory, kept), (Path(__file__).parent / "RESULTS.in.md").read_text()
+    results.keep(kept)
     text = {name: table(results, *spec) for name, spec in TABLES.items()}
     text.update({name: few_table(results, *spec) for name, spec in FEW_TABLES.items()})
     text.update(charts=charts_table(results), runs=runs_table(results), goals=goals_table(results), speed=speed_table(results),
@@ -689,4 +709,4 @@ def report(directory, out):
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit("usage: report.py DIR OUTDIR")
-    report(sys.argv[1], Path(sys.argv[2]))
+    report(Path(sys.argv[1]), Path(sys.argv[2]))

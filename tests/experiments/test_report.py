@@ -23,13 +23,14 @@ RUNS = [(recipe, seeds, system)
 
 
 def write_run(directory, run, at_25, at_1000, whole, *more):
-    lines = [f"run {run} 1", "trajectories train 97", "parameters all 11935", "samples million 7.04", "seconds train 1800",
+    lines = [f"run {run} 20260131", "trajectories train 97", "parameters all 11935", "samples million 7.04", "seconds train 1800",
              f"E_q 25 {at_25}", f"E_q 1000 {at_1000}", f"E_q whole {whole}", "trivial 25 4", "seconds all 3600", *more]
     (directory / f"{run}.txt").write_text("\n".join(lines) + "\n")
 
 
 def write_path(directory, run, shape):
-    """shape(whose, instant): beads (x, y, z)."""
+    """shape(whose, instant): beads (x, y, z); of a run that says nothing else."""
+    (directory / f"{run}.txt").write_text(f"run {run} 20260131\n")
     lines = [f"path {whose} {62 * k} " + " ".join(str(x) for bead in shape(whose, k) for x in bead)
              for whose in ("true", "predicted") for k in range(5)]
     (directory / f"{run}.path").write_text("\n".join(lines) + "\n")
@@ -98,9 +99,9 @@ class TestReport(unittest.TestCase):
 
     def test_runs(self):
         self.has("| pend16-ro | pend16 | 97 | 2 of 5 | 11935 | 7.04 | 1800 | 3600 |",
-                 "| pend16-opinf | pend16 | 97 | 1 | 11935 | 7.04 | 1800 | 3600 |", "| rope-n10 | rope | 97 | 0 of 2 | - |",
-                 "20 of 29 runs: 20.00 core-hours; the longest run took 60 minutes.",
-                 "Missing: pend2-exp-3 5, pend16-ro-3 4 5, pend16-paper, rope-n10, cloth-n10.")
+                 "| pend16-opinf | pend16 | 97 | 1 | 11935 | 7.04 | 1800 | 3600 |", "| rope-n10 | rope | 97 | 1 of 2 | - |",
+                 "22 of 29 runs, 2026-01-31: 20.00 core-hours; the longest run took 60 minutes.",
+                 "Missing: pend2-exp-3 5, pend16-ro-3 4 5, pend16-paper, rope-n10-2.")
 
     def test_goals(self):
         """Met, missed, and open: no result, one rival missing; the median counts as the mean does."""
@@ -113,10 +114,10 @@ class TestReport(unittest.TestCase):
                  "pend2 | pend2-exp, 3 of 5 seeds, 97 trajectories | 2.0, pend2-chol 2.0 ± 1.7 (1.0): 1.0 times | "
                  "**missed** |",
                  "| pend2, 30 s, networks: M at most 0.03 % | pend2-exp, 3 of 5 seeds, 97 trajectories | 2.0 | **missed** |",
-                 "| rope, n = 10, 300 s, networks: E_q whole at most 1 % | rope-n10 | - | - |",
+                 "| rope, n = 10, 300 s, networks: E_q whole at most 1 % | rope-n10, 1 of 2 seeds | - | - |",
                  "LNN, n = 16, compared, 300 s, 25 ms | pend16-300-ro, 97 trajectories | 0.40 | - |",
                  "| pend16: 10 times faster than mj_step, latent | section 7 | 12 times | met |",
-                 "| cloth: 50 times faster than mj_step, latent | section 7 | - | - |", "| no run over 60 minutes | 20 of 29 | 60 ")
+                 "| cloth: 50 times faster than mj_step, latent | section 7 | - | - |", "| no run over 60 minutes | 22 of 29 | 60 ")
 
     def test_speed(self):
         self.has("| | pend16 |\n", "| us per simulated ms | 3.1 |", "| us per RK4 step, encode, decode | 15, 0.53, 0.48 |",
@@ -139,6 +140,21 @@ class TestReport(unittest.TestCase):
         self.assertIn(">124 ms<", before["cloth.svg"])
         self.assertIn(">RO-LNN, 300 s<", before["pend16.svg"])
 
+    def test_kept(self):
+        """results.txt alone gives the same tables and pictures; a run of DIR counts before a kept one; a run off the list goes."""
+        kept = (self.out / "results.txt").read_text()
+        with tempfile.TemporaryDirectory() as name:
+            again = Path(name)
+            (again / "runs.list").write_text((self.directory / "runs.list").read_text())
+            (again / "results.txt").write_text(kept + "run gone-1 20250101\nE_q 25 1\n")
+            report.report(again, again)
+            for path in self.out.iterdir():
+                self.assertEqual(path.read_text(), (again / path.name).read_text())
+            write_run(again, "pend16-ro-1", 5, 20, 30)
+            report.report(again, again)
+            self.assertIn("| 60 s: RO-LNN | 4.0 ± 1.4 (4.0) |", (again / "RESULTS.md").read_text())
+            self.assertIn("E_q 25 5\n", (again / "results.txt").read_text())
+
     def test_nothing(self):
         """No run at all; no run list."""
         with tempfile.TemporaryDirectory() as name:
@@ -147,7 +163,7 @@ class TestReport(unittest.TestCase):
                 report.report(empty, empty)
             (empty / "runs.list").write_text("pend16-ro-1 200 pend16\n")
             report.report(empty, empty)
-            self.assertEqual(sorted(path.name for path in empty.iterdir()), ["RESULTS.md", "runs.list"])
+            self.assertEqual(sorted(path.name for path in empty.iterdir()), ["RESULTS.md", "results.txt", "runs.list"])
             self.assertIn("0 of 1 runs: 0.00 core-hours", (empty / "RESULTS.md").read_text())
 
 

@@ -142,6 +142,7 @@ static void expect(int good, const char *what)
 }
 
 typedef struct { uint32_t value, fill[11]; } small;
+enum { SMALL = 5 }; /* what they go on from */
 static kept_mark small_marks[2];
 static small small_states[2];
 
@@ -174,7 +175,7 @@ static void give(const image *m)
 /* kept_open on what is in memory: `value` or, if may, the one before. */
 static int small_open(uint32_t value, int may)
 {
-    const int i = kept_open(small_marks, small_states, (int)sizeof *small_states);
+    const int i = kept_open(small_marks, small_states, (int)sizeof *small_states, SMALL);
     const int found = i >= 0 && (small_is(&small_states[i], value) || (may && small_is(&small_states[i], value - 1)));
     expect(found, "a small state is lost");
     return i;
@@ -215,7 +216,7 @@ static int small_save(int i, uint32_t value, int high_first)
     s->value = value;
     for (uint32_t k = 0; k < 11; k++)
         *(volatile uint32_t *)&s->fill[k] = first + k;
-    const int next = kept_save(small_marks, small_states, (int)sizeof *small_states, i);
+    const int next = kept_save(small_marks, small_states, (int)sizeof *small_states, i, SMALL);
     trace_end();
     take(&is);
     const int count = trace.count;
@@ -246,16 +247,17 @@ static void test_small(void)
     int i = 0;
     trace.begin[0] = (unsigned char *)small_marks, trace.size[0] = sizeof small_marks;
     trace.begin[1] = (unsigned char *)small_states, trace.size[1] = sizeof small_states;
-    expect(kept_open(small_marks, small_states, (int)sizeof *small_states) == -1, "a state where there is none");
+    expect(kept_open(small_marks, small_states, (int)sizeof *small_states, SMALL) == -1, "a state where there is none");
     for (uint32_t value = 1; value <= 260; value++) {
         if (value > 2 && value < 253) { /* numbers of a save with one byte, then with two */
             small_fill(&small_states[i], value);
-            i = kept_save(small_marks, small_states, (int)sizeof *small_states, i);
+            i = kept_save(small_marks, small_states, (int)sizeof *small_states, i, SMALL);
         } else if (value == 1) {
             small_fill(&small_states[i], value); /* before the first save there is nothing to lose */
-            i = kept_save(small_marks, small_states, (int)sizeof *small_states, i);
+            i = kept_save(small_marks, small_states, (int)sizeof *small_states, i, SMALL);
         } else i = small_save(i, value, (int)(value & 1));
     }
+    expect(kept_open(small_marks, small_states, (int)sizeof *small_states, SMALL + 1) == -1, "a state of another program");
 }
 
 /* ---- adapt.c ---- */
@@ -285,7 +287,7 @@ static void test_adapt(void)
             m->last[0] = x;
             memcpy(&now.copies[copy], m, sizeof *m);
             trace_begin(0);
-            kept_save(marks, copies, (int)sizeof *copies, copy);
+            kept_save(marks, copies, (int)sizeof *copies, copy, origin);
             trace_end();
             new_state = copies[copy];
             break;
@@ -299,7 +301,7 @@ static void test_adapt(void)
         for (int variant = k < 6 ? 0 : 19; variant < (k < 6 ? TORN : 21); variant++) {
             memcpy(marks, now.marks, sizeof marks), memcpy(copies, now.copies, sizeof copies);
             *word_at(w->at) = torn(w, variant);
-            const int i = kept_open(marks, copies, (int)sizeof *copies);
+            const int i = kept_open(marks, copies, (int)sizeof *copies, origin);
             const int is_new = i >= 0 && memcmp(&copies[i], &new_state, sizeof new_state) == 0;
             const int is_old = i >= 0 && memcmp(&copies[i], &old_state, sizeof old_state) == 0;
             expect(is_new || (is_old && k < 4), "an adaptation is lost");

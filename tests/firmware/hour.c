@@ -332,7 +332,23 @@ static void begin(void)
     memset(&turn, 0, sizeof turn);
     memset(marks, 0, sizeof marks);
     start(&copies[0]);
-    copy = kept_save(marks, copies, (int)sizeof *copies, 0);
+    copy = kept_save(marks, copies, (int)sizeof *copies, 0, origin);
+}
+
+/* A tick without a measurement drops the window, and no difference of velocities spans the gap. */
+static void test_dropped(void)
+{
+    scene.every = PUSH, scene.where = ANYWHERE, scene.only = NONE;
+    begin();
+    while (turn.age < 10)
+        one_tick();
+    const uint32_t at = copies[copy].tick;
+    const chain_state last = copies[copy].last[0];
+    copy = tick(copy, NULL);
+    check(turn.age == 0 && copies[copy].tick == at + 1, "a window goes on without a measurement", 0);
+    check(memcmp(&last, copies[copy].last, sizeof last) == 0, "a measurement that is none", 0);
+    one_tick();
+    check(turn.age == 1 && turn.rows == 0, "a window spans a gap", 0);
 }
 
 /* The hour as it is, or without checks. Returns the hash of what was learned. */
@@ -362,7 +378,7 @@ static uint64_t hour_with_cuts(void)
     if (setjmp(power.back)) {
         memset(&turn, 0, sizeof turn); /* start-up */
         power.cuts++;
-        copy = kept_open(marks, copies, (int)sizeof *copies);
+        copy = kept_open(marks, copies, (int)sizeof *copies, origin);
         if (copy < 0) {
             power.on = 0;
             return 0;
@@ -426,6 +442,7 @@ int main(void)
     float most = 0, trained, rise = 0;
     int late = 0, high = 0;
     test_held();
+    test_dropped();
     test_votes();
     const uint64_t hash = hour(1), again = hour_with_cuts();
     hour(0);

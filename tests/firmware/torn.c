@@ -19,12 +19,12 @@ void __wrap_systick(void)
 
 int main(void)
 {
-    int i = kept_open(marks, states, (int)sizeof *states);
+    int i = kept_open(marks, states, (int)sizeof *states, 0);
     if (test.magic != 0x600d) { /* power-up: two saves without a reset */
         memset(&test, 0, sizeof test);
         memset(states, 0, sizeof states);
-        i = kept_save(marks, states, (int)sizeof *states, 0);
-        i = kept_save(marks, states, (int)sizeof *states, i);
+        i = kept_save(marks, states, (int)sizeof *states, 0, 0);
+        i = kept_save(marks, states, (int)sizeof *states, i, 0);
         test.magic = 0x600d;
     }
     if (i < 0) {
@@ -55,7 +55,7 @@ int main(void)
     s->value++;
     for (uint32_t k = 0; k < 15; k++)
         s->fill[k] = s->value * (k + 1);
-    kept_save(marks, states, (int)sizeof *states, i);
+    kept_save(marks, states, (int)sizeof *states, i, 0);
     REGISTER(0xe000e010) = 0;
 
     put_text("resets before the save counted: ");

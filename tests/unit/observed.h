@@ -340,7 +340,8 @@ static void T_(again)(const OBSERVED(params) *p, const OBSERVED(observer_gains) 
     CHECK(OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START));
     o = lost, o.f.valid = 1, fill(n, 4, o.s.z), other = *p, *T_(unit)(&other) = top;
     CHECK((OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) & ROLN_FAULT_STATUS) != 0);
-    sure = *g, sure.gate = 0, sure.e[0] = PICK(1e-30f, 1e-300), y[0] += 1, o = lost, o.f.valid = 1; /* its nis would be infinite */
+    o = lost, o.f.valid = 1, y[0] += ROLN_C(0.5);
+    sure = *g, sure.gate = 0, sure.e[0] = PICK(1e-30f, 1e-300); /* its nis would be infinite */
     CHECK(OBSERVED(observer_tick)(p, &sure, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START) && all(1, &o.f.nis, 0));
 }
 

@@ -293,7 +293,7 @@ static void test_power(void)
     CHECK_OK(arm_init(&p, &seed, &w));
     for (j = 0; j < 4; j++) p.theta[arm_theta_size - 4 + j] = ROLN_C(0.25) * (roln_real)(2 * j - 3);
     CHECK_OK(arm_actuator_of(&p, gain, NULL, offset));
-    fill(2, 50, p.zd_max);
+    fill(2, -4, p.z_min), fill(2, 4, p.z_max), fill(2, 50, p.zd_max);
     memset(l, 0, sizeof l), memset(g, 0, sizeof g);
     l[0].dt = ROLN_C(0.01), l[0].tau = 5, l[0].residual = ROLN_C(0.02), l[0].hold = 1;
     l[1] = l[0], l[1].motors = &motors;

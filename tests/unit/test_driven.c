@@ -418,7 +418,7 @@ static void test_guard_driven(void)
     uint64_t seed = 6;
     CHECK_OK(pendulum_init(&p, &seed, &w));
     memset(&l, 0, sizeof l), memset(&g, 0, sizeof g), memset(&r, 0, sizeof r);
-    p.z_min[1] = -1, p.z_max[1] = 1, p.zd_max[0] = p.zd_max[1] = 1;
+    fill(2, -1, p.z_min), fill(2, 1, p.z_max), fill(2, 1, p.zd_max);
     l.dt = ROLN_C(0.01), l.tau = 100, l.hold = 3;
     r.zdd[1] = ROLN_C(0.5);
     CHECK(pendulum_tick(&p, &l, &x, &r, &s, &g, &work) == 0);
@@ -440,7 +440,7 @@ static void test_limits_driven(void)
     uint64_t seed = 6;
     int i;
     CHECK_OK(pendulum_init(&p, &seed, &start.init));
-    p.z_min[1] = -ROLN_C(0.25), p.z_max[1] = ROLN_C(0.25), p.zd_max[0] = p.zd_max[1] = 1;
+    fill(2, -ROLN_C(0.25), p.z_min), fill(2, ROLN_C(0.25), p.z_max), fill(2, 1, p.zd_max);
     for (i = 0; i < 2 * COUNT; i++)
         q[i] = (roln_real)(0.5 * sin(0.2 * i)), qd[i] = (roln_real)(0.5 * cos(0.2 * i)), tau[i] = (roln_real)sin(0.3 * i);
     CHECK_OK(pendulum_fit_limits(&p, &b, 2, &l, most, rate, &w.fit_limits));

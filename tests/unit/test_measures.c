@@ -448,6 +448,33 @@ static void test_errors(int k)
 
 /* ---- data -------------------------------------------------------------------- */
 
+/* The range of an angle is an arc on any turn: within it, outside, at its ends, with a margin. That of another joint is not. */
+static void check_arc(const wheel_params *p)
+{
+    const ld turn = 8 * atanl(1);
+    wheel_latent s = {{0}, {0}};
+    int at, k, j, i;
+    for (j = 0; j < 3; j += 2)
+        for (at = -5; at <= 5; at++)
+            for (k = -2; k <= 6; k++) { /* from half of the arc in front of it to half behind it */
+                const ld low = (ld)p->z_min[j], high = (ld)p->z_max[j];
+                for (i = 0; i < 3; i++)
+                    s.z[i] = (p->z_min[i] + p->z_max[i]) / 2;
+                s.z[j] = (roln_real)(low + (high - low) * (0.01L + k * 0.245L) + at * turn);
+                CHECK(wheel_in_range(p, &s) == (k >= 0 && k <= 4));
+                CHECK(wheel_i_in_range(p, ROLN_C(0.3), s.z, s.zd) == (k >= -1 && k <= 5));
+                s.z[1] = p->z_max[1] + (roln_real)turn;
+                CHECK(!wheel_in_range(p, &s));
+            }
+    for (j = 0; j < 3; j++)
+        s.z[j] = p->z_max[j];
+    CHECK(wheel_in_range(p, &s));
+    s.z[2] = (roln_real)NAN;
+    CHECK(!wheel_in_range(p, &s));
+    s.z[2] = 2 * ROLNI_ANGLE_END;
+    CHECK(!wheel_in_range(p, &s));
+}
+
 /* On both sides of pi angles are as near to each other as anywhere: scales, range, variance and roll-out errors of a slow motion
    that was recorded with jumps by a turn are those of the same motion recorded without. */
 static void test_seam(void)
@@ -458,6 +485,7 @@ static void test_seam(void)
     static wheel_train train;
     static wheel_work work;
     const ld turn = 8 * atanl(1);
+    const roln_real round_it[SAMPLES] = {0, 1, 2, 3, -1, -2, -ROLN_C(2.625), -ROLN_C(2.875), -3, 0, 1, 2};
     roln_real q[2][SAMPLES * N], qd[SAMPLES * N], bar[2][N];
     roln_loss var[2] = {{0}};
     roln_error e[2][2];
@@ -482,9 +510,10 @@ static void test_seam(void)
         CHECK_OK(wheel_fit_range(&p, SAMPLES, q[k], qd, &work.fit_range));
         for (i = 0; i < N; i++) {
             if (i != 1) CHECK_NEAR(roln_wrap(bar[k][i] - bar[0][i]), 0, 40 * EPS);
-            if (i != 1) CHECK_NEAR(p.z_max[i], turn / 2, 4 * EPS);
-            if (i != 1) CHECK_NEAR(p.z_min[i], -turn / 2, 4 * EPS);
+            if (i != 1) CHECK_NEAR(p.z_max[i], -turn / 2 + 0.0625L * 6 * (i + 1), 8 * EPS);
+            if (i != 1) CHECK_NEAR(p.z_min[i], -turn / 2 - 0.0625L * 5 * (i + 1), 8 * EPS);
         }
+        check_arc(&p);
         CHECK_NEAR(p.z_max[1], (ld)q[0][(SAMPLES - 1) * N + 1], EPS);
         CHECK_OK(wheel_variance(&of, &b, &var[k], &train.variance));
         CHECK_OK(wheel_errors(&of, &b, dt, 1, bar[k], &(roln_errors){e[k], NULL, NULL}, &train.errors));
@@ -496,6 +525,12 @@ static void test_seam(void)
         }
         CHECK_BELOW(e[k][1].q, 3);
     }
+    for (k = 0; k < SAMPLES; k++) /* 3 rad to both sides: less than a twentieth of the circle is left */
+        for (i = 0; i < N; i++)
+            q[0][k * N + i] = i ? ROLN_C(0.45) * (roln_real)k : round_it[k];
+    CHECK_OK(wheel_fit_range(&p, SAMPLES, q[0], qd, &work.fit_range));
+    CHECK_NEAR(p.z_min[0], -turn / 2, 4 * EPS), CHECK_NEAR(p.z_max[0], turn / 2, 4 * EPS);
+    CHECK_NEAR(p.z_min[2], 0, 20 * EPS), CHECK_NEAR(p.z_max[2], 0.45L * 11, 20 * EPS);
     CHECK(!wheel_params_mismatch(&of));
     of.scale.q = ROLN_C(0.5); /* no turn of q is one of z */
     CHECK(wheel_params_mismatch(&of));

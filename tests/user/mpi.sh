@@ -100,10 +100,29 @@ check 'a file of spread= is missing' ends 2 'more/none.csv' $dir/two.csv torque=
 check 'a file of spread= twice' ends 2 'have the same samples' $dir/two.csv torque=1 spread=$dir/more,$dir/more/4.csv out=$dir/b
 check 'a file of spread= that is trained with already' ends 2 'two.csv has the samples of a file that is read already' \
     $dir/two.csv torque=1 spread=$dir/two.csv,$dir/more out=$dir/b
+check 'the same, with two files before it' ends 2 '4.csv has the samples of a file that is read already' \
+    $dir/two.csv $dir/more/4.csv torque=1 spread=$dir/more out=$dir/b
 other="$dir/two_mpi $dir/two.csv torque=1 out=$dir/b"
-mpirun -n 1 $other : -n 1 $other seed=2 > $dir/ends.log 2>&1
-check 'other settings in one process: ended' test $? -eq 1
-check 'other settings in one process' grep '^process 1 has other recordings, settings or another config' $dir/ends.log
+for setting in seed=2 steps=3 next=1; do
+    mpirun -n 1 $other : -n 1 $other $setting > $dir/ends.log 2>&1
+    check "$setting in one process: ended" test $? -eq 1
+    check "$setting in one process" grep '^process 1 has other recordings, settings or another config' $dir/ends.log
+done
+
+# names and units of columns in spread= are compared with those of the first file
+named='q=pos* qd=vel* tau=torque* torque=1 steps=4'
+head='t,posA,posB,velA,velB,torqueA,torqueB'
+sed "1s/.*/$head/" $dir/two.csv > $dir/named.csv
+sed "1s/.*/$head/" $dir/more/2.csv > $dir/ordered.csv
+awk -F, -v OFS=, 'NF > 0 { print $1, $3, $2, $5, $4, $7, $6; next } { print }' $dir/ordered.csv > $dir/swapped.csv
+for way in ordered swapped; do
+    $dir/two $dir/named.csv $named spread=$dir/$way.csv out=$dir/$way > $dir/$way.log 2>&1
+    check "$way columns" test -s $dir/$way.roln
+done
+check 'columns of spread= in the order of their names' cmp $dir/ordered.roln $dir/swapped.roln
+sed '1s/pos./& [deg]/g' $dir/ordered.csv > $dir/degrees.csv
+check 'another unit in spread=' ends 2 'column 2, q1, has the unit deg, but none in the first file' $dir/named.csv $named \
+    spread=$dir/degrees.csv out=$dir/b
 check 'spread= and noise=' ends 2 'spread= and noise=: not together' $dir/two.csv torque=1 spread=$dir/more noise=0.1 out=$dir/b
 check 'an unknown setting is said once' ends 3 'unknown setting ape' $dir/two.csv ape=1
 check 'no recordings' ends 2 'cannot read' $dir/nothing.csv
