@@ -7,6 +7,14 @@
 #include "roln.h"
 
 #include "pend16.h"
+
+#define ROLN_NAME smooth16 /* pend16 with polynomials */
+#define ROLN_AE 16, 4
+#define ROLN_CHART polynomial, 4
+#define ROLN_POLYNOMIALS 4, 7
+#define ROLN_MASS squares, 6
+#include "roln.h"
+
 #include "text.h"
 
 enum { SAMPLES = 64, MAX_N = 16, ROWS = 128, COLS = 600 };
@@ -106,55 +114,61 @@ static void zdd_of(const row *r)
     must(roln_lnn_zdd(&dynamics_model.lnn, 0, 1, dyn.theta, s, tau, zdd, dyn_tape, dyn_work));
 }
 
-enum { N = pend16_N, n = pend16_n };
-static pend16_params pend;
-static pend16_start pend_init;
-static struct {
-    pend16_latent s;
-    pend16_target ref;
-    pend16_guard guard;
-    pend16_work work;
-} ctl;
-static pend16_state at;
 static const roln_limits limits = {
     .dt = 0.001f, .residual = 1e9f, .tau = 1e9f, .hold = 5, .q_tolerance = 1e9f, .qd_tolerance = 1e9f};
 
-static void pose(const row *r)
-{
-    static roln_real q[64 * N], qd[64 * N], qbar[N];
-    (void)r;
-    if (pend.theta[0] == 0) {
-        fill(64 * N, 1, q), fill(64 * N, 1, qd);
-        must(pend16_init_pod(&pend, 64, q, qd, qbar, &seed, &pend_init.init_pod));
-        for (int i = 0; i < n; i++) {
-            pend.z_min[i] = -1e9f, pend.z_max[i] = pend.zd_max[i] = 1e9f;
-            ctl.ref.kp[i] = ctl.ref.kd[i] = 1;
-        }
+/* NAME_pose: random parameters, at first, and a random state. NAME_ticks: encode, controller, lift, guard; the reference in motion,
+   every check of the guard on and passed. */
+#define CONTROLLER(M) \
+    static M##_params M##_pend; \
+    static struct { \
+        M##_latent s; \
+        M##_target ref; \
+        M##_guard guard; \
+        M##_state at; \
+        union { \
+            M##_start start; \
+            M##_work work; \
+        } of; \
+    } M##_ctl; \
+    static void M##_pose(const row *r) \
+    { \
+        enum { N = M##_N, n = M##_n }; \
+        static roln_real q[64 * N], qd[64 * N], qbar[N]; \
+        (void)r; \
+        if (M##_pend.theta[0] == 0) { \
+            fill(64 * N, 1, q), fill(64 * N, 1, qd); \
+            must(M##_init_pod(&M##_pend, 64, q, qd, qbar, &seed, &M##_ctl.of.start.init_pod)); \
+            for (int i = 0; i < n; i++) { \
+                M##_pend.z_min[i] = -1e9f, M##_pend.z_max[i] = M##_pend.zd_max[i] = 1e9f; \
+                M##_ctl.ref.kp[i] = M##_ctl.ref.kd[i] = 1; \
+            } \
+        } \
+        fill(N, 1, M##_ctl.at.q), fill(N, 1, M##_ctl.at.qd); \
+        fill(n, 1, M##_ctl.ref.z), fill(n, 1, M##_ctl.ref.zd), fill(n, 1, M##_ctl.ref.zdd); \
+    } \
+    static void M##_ticks(const row *r) \
+    { \
+        (void)r; \
+        if (M##_tick(&M##_pend, &limits, &M##_ctl.at, &M##_ctl.ref, &M##_ctl.s, &M##_ctl.guard, &M##_ctl.of.work.tick) != 0) \
+            must(ROLN_E_RANGE); \
     }
-    fill(N, 1, at.q), fill(N, 1, at.qd);
-    fill(n, 1, ctl.ref.z), fill(n, 1, ctl.ref.zd), fill(n, 1, ctl.ref.zdd);
-}
-
-/* Encode, controller, lift, guard; the reference in motion, every check of the guard on and passed. */
-static void tick(const row *r)
-{
-    (void)r;
-    if (pend16_tick(&pend, &limits, &at, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work.tick) != 0) must(ROLN_E_RANGE);
-}
+CONTROLLER(pend16)
+CONTROLLER(smooth16)
 
 /* A slice of the check of the parameters, within a pass. */
 static roln_check check;
 
 static void whole(const row *r)
 {
-    pose(r);
+    pend16_pose(r);
     memset(&check, 0, sizeof check);
-    must(pend16_check(&pend, pend16_numbers, &check));
+    must(pend16_check(&pend16_pend, pend16_numbers, &check));
 }
 
 static void slice(const row *r)
 {
-    must(pend16_check(&pend, r->size[0], &check));
+    must(pend16_check(&pend16_pend, r->size[0], &check));
 }
 
 /* ---- table ------------------------------------------------------------------------------------ */
@@ -170,7 +184,8 @@ static const row table[] = {
     {"eigensolver n = 10", symmetric, eig, {10}, 1, 28800},
     {"eigensolver n = 16", symmetric, eig, {16}, 1, 96000},
     {"forward dynamics n = 4, 32 x 2", state, zdd_of, {0}, 1, 45000},
-    {"control tick of pend16, 16 joints, 32 x 2", pose, tick, {0}, 1, 90000},
+    {"control tick of pend16, 16 joints, 32 x 2", pend16_pose, pend16_ticks, {0}, 1, 90000},
+    {"the same, polynomials of degree 4 and 7", smooth16_pose, smooth16_ticks, {0}, 1, 90000},
     {"check of parameters, 16 numbers, per byte", whole, slice, {16}, 64, 8},
     {"check of parameters, 256 numbers, per byte", whole, slice, {256}, 1024, 8},
 };
