@@ -5675,18 +5675,19 @@ ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
     return roln_all_finite(2 * n, g->end) ? rolni_goal_weighs(2 * n, g->P, L) : ROLN_E_NOT_FINITE;
 }
 
-/* Derivatives of output i of a term by the n coordinates or velocities that it is of, to w->row (Gauss-Newton). */
-ROLN_FN void ROLNI_(goal_row)(const roln_term *f, int i, ROLNI_(goal_work) *w)
+/* Derivatives of output i of a term by the n coordinates or velocities that it is of (Gauss-Newton); w->row is scratch. */
+ROLN_FN const roln_real *ROLNI_(goal_row)(const roln_term *f, int i, ROLNI_(goal_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), joints = f->of < ROLN_OF_Z;
     const roln_real *const c = f->C ? f->C + i * (joints ? N : n) : NULL;
-    if (joints && c) roln_mm(1, N, n, c, w->J, w->row);
-    else if (joints) rolni_copy(n, w->J + i * n, w->row);
-    else if (c) rolni_copy(n, c, w->row);
+    if (joints && !c) return w->J + i * n;
+    if (!joints && c) return c;
+    if (joints) roln_mm(1, N, n, c, w->J, w->row);
     else {
         rolni_zero(n, w->row);
         w->row[i] = 1;
     }
+    return w->row;
 }
 
 /* Output i of a term, off by e: to its gradient and, by way of its row of derivatives, to Q. */
@@ -5696,7 +5697,8 @@ ROLN_FN void ROLNI_(goal_push)(const roln_term *f, int i, roln_real weight, roln
     const int N = ROLN_(N), n = ROLN_(n);
     const int joints = f->of < ROLN_OF_Z, fast = f->of == ROLN_OF_QD || f->of == ROLN_OF_ZD, side = joints ? N : n;
     const roln_real *const c = f->C ? f->C + i * side : NULL;
-    roln_real *const to = joints ? w->gx + fast * N : q + fast * n, *const row = w->row;
+    roln_real *const to = joints ? w->gx + fast * N : q + fast * n;
+    const roln_real *row;
     int j, k;
     Q += fast * (2 * n + 1) * n;
     for (j = 0; j < side && c; j++)
@@ -5706,30 +5708,31 @@ ROLN_FN void ROLNI_(goal_push)(const roln_term *f, int i, roln_real weight, roln
         Q[i * (2 * n + 1)] += 2 * weight;
         return;
     }
-    ROLNI_(goal_row)(f, i, w);
+    row = ROLNI_(goal_row)(f, i, w);
     for (j = 0; j < n; j++)
         for (k = 0; k < n; k++)
             Q[j * 2 * n + k] += 2 * weight * row[j] * row[k];
 }
 
-/* How far output i of a term, y, is off its reference behind step k, or beyond its low (0) or high (1), to *e. Returns whether that
-   costs: beyond a limit, where y is judged `ahead` of itself. */
-ROLN_FN int ROLNI_(goal_error)(const roln_term *f, int k, int i, int high, roln_real y, roln_real ahead, roln_real *e)
+/* The turn of x next to y, output i of a term, if that is an angle; else x. */
+ROLNI_INLINE roln_real ROLNI_(goal_near)(const roln_term *f, int i, roln_real y, roln_real x)
 {
-    const int n = ROLN_(n), count = f->C ? f->count : f->of < ROLN_OF_Z ? ROLN_(N) : n;
-    const int turns = !f->C && f->of != ROLN_OF_QD && f->of != ROLN_OF_ZD && i < n;
+    const int turns = !f->C && f->of != ROLN_OF_QD && f->of != ROLN_OF_ZD && i < ROLN_(n);
+    return turns ? roln_lnn_near(&ROLN_(model).lnn, i, y, x) : x;
+}
+
+/* How far output i of a term, y, is beyond its low (0) or high (1) behind step k, to *e. Returns whether that costs, where y is
+   judged `ahead` of itself. */
+ROLN_FN int ROLNI_(goal_beyond)(const roln_term *f, int k, int i, int high, roln_real y, roln_real ahead, roln_real *e)
+{
+    const int count = f->C ? f->count : f->of < ROLN_OF_Z ? ROLN_(N) : ROLN_(n);
     const roln_real *const limit = high ? f->high : f->low, *const other = high ? f->low : f->high;
     const roln_real inside = f->tighten ? f->tighten[k * count + i] : 0;
     roln_real to, middle;
-    if (!f->low && !f->high) {
-        to = f->ref[(f->moving ? k * count : 0) + i];
-        *e = y - (turns ? roln_lnn_near(&ROLN_(model).lnn, i, y, to) : to);
-        return 1;
-    }
     if (!limit || !roln_finite(limit[i])) return 0;
     to = limit[i] + (high ? -inside : inside);
     middle = other && roln_finite(other[i]) ? (limit[i] + other[i]) / 2 : limit[i];
-    *e = y - to - (turns ? roln_lnn_near(&ROLN_(model).lnn, i, y, middle) - middle : 0);
+    *e = y - to - (ROLNI_(goal_near)(f, i, y, middle) - middle);
     return high ? *e + ahead > 0 : *e + ahead < 0;
 }
 
@@ -5745,17 +5748,21 @@ ROLN_FN roln_real ROLNI_(goal_terms)(const roln_goal *g, int k, const roln_real 
         const int joints = f->of < ROLN_OF_Z, fast = f->of == ROLN_OF_QD || f->of == ROLN_OF_ZD, side = joints ? ROLN_(N) : n;
         const int count = f->C ? f->count : side, limit = f->low || f->high;
         const roln_real *const at = (joints ? w->x : s) + fast * side;
+        const roln_real *const ref = limit ? NULL : f->ref + (f->moving ? k * count : 0);
         for (i = 0; i < count; i++) {
             const roln_real c = f->weight[i] * (end ? 1 + f->last : 1), y = f->C ? roln_dot(side, f->C + i * side, at) : at[i];
             roln_real e, ahead = 0;
             int high;
             if (!(c > 0)) continue;
-            if (limit && Q) {
-                ROLNI_(goal_row)(f, i, w);
-                ahead = roln_dot(n, w->row, w->ahead + fast * n);
+            if (ref) {
+                e = y - ROLNI_(goal_near)(f, i, y, ref[i]);
+                sum += c * e * e;
+                if (Q) ROLNI_(goal_push)(f, i, c, e, Q, q, w);
+                continue;
             }
-            for (high = 0; high <= limit; high++) {
-                if (!ROLNI_(goal_error)(f, k, i, high, y, ahead, &e)) continue;
+            if (Q) ahead = roln_dot(n, ROLNI_(goal_row)(f, i, w), w->ahead + fast * n);
+            for (high = 0; high <= 1; high++) {
+                if (!ROLNI_(goal_beyond)(f, k, i, high, y, ahead, &e)) continue;
                 sum += c * e * e;
                 if (Q) ROLNI_(goal_push)(f, i, c, e, Q, q, w);
             }
@@ -6284,9 +6291,8 @@ ROLN_FN roln_status ROLN_(plan_tighten)(const ROLN_(params) *p, const ROLN_(evid
         if (joints) st = ROLNI_(pose)(p, ROLNI_(numbers)(plan->s + k + 1), w->u.goal.gx, w->u.goal.J, &w->u.goal.u.pose);
         if (st != ROLN_OK) return st;
         for (i = 0; term && i < count; i++) {
-            ROLNI_(goal_row)(term, i, &w->u.goal);
             rolni_zero(n2, w->row);
-            rolni_copy(n, w->u.goal.row, w->row + fast * n);
+            rolni_copy(n, ROLNI_(goal_row)(term, i, &w->u.goal), w->row + fast * n);
             to[i] = sigmas * ROLNI_(tighten_of)(w->row, w);
         }
         if (!roln_all_finite(count, to)) return ROLN_E_NOT_FINITE;
