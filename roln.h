@@ -187,7 +187,7 @@
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR, or
    were never set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
-   eigensolver or of a midpoint step that is too long. What fails leaves its outputs untouched, unless its comment says otherwise.
+   eigensolver or of a midpoint step that is too long. A function that fails leaves its outputs untouched. Exceptions say so.
 
    In this file NAME_x is written ROLN_(x). ROLNI_(x), NAME_i_x, is an inner function of a model. Both call the kernels roln_ae_..,
    roln_lnn_.. of the headers below it, which get sizes as arguments.
@@ -3829,7 +3829,7 @@ ROLN_FN roln_real ROLNI_(beyond)(const ROLN_(params) *p, int i, roln_real z)
     return ROLN_MAX(low - x, x - high);
 }
 
-/* Nonzero if z, zd [n] lie in the range, z at most margin (z_max - z_min) beyond it, |zd| <= (1 + margin) zd_max; NaN does not. */
+/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. */
 ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const roln_real *z, const roln_real *zd)
 {
     int i, in = 1;

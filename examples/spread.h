@@ -346,14 +346,11 @@ static void widen_range(M(params) * p)
 {
     enum { n = M(n) };
     const double *range = scattered.range;
-    const roln_real pi = ROLN_C(3.1415926535897932);
     int i;
     for (i = 0; i < n && scattered.ranged; i++) {
         p->z_min[i] = (roln_real)fmin((double)p->z_min[i], -range[i]);
         p->z_max[i] = (roln_real)fmax((double)p->z_max[i], range[n + i]);
         p->zd_max[i] = (roln_real)fmax((double)p->zd_max[i], range[2 * n + i]);
-        if (roln_lnn_angle(&M(model).lnn, i) && !(p->z_max[i] - p->z_min[i] < ROLN_C(1.9) * pi))
-            p->z_min[i] = -pi, p->z_max[i] = pi; /* as NAME_fit_range has it */
     }
 }
 
