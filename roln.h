@@ -54,7 +54,7 @@
        #include "roln.h"
 
    For all models of a file, before the first header of roln (roln_spd.h, 1 configuration): ROLN_DOUBLE, ROLN_FN, ROLN_CODE,
-   ROLN_FLASH, ROLN_SIMD.
+   ROLN_FLASH, ROLN_SIMD, ROLN_FENCE.
 
    Letters: q, qd, qdd [N] joints and their derivatives in time; z, zd, zdd [n] latent coordinates, z = rho(q), q = phi(z);
    D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z. A k-jet: a position and its first
@@ -70,7 +70,8 @@
        NAME_equation    M, c, g, d, T, V at a state
        NAME_jacobian    A, B of a step
        NAME_x_work      scratch of NAME_x: arrays with names and shapes, for each function x that takes one
-       NAME_work        scratch of prediction and control, a union: NAME_tick(.., &work.tick); one for each thread and interrupt
+       NAME_work        scratch of a tick, of prediction and of NAME_doubt, a union: NAME_tick(.., &work.tick); one for each thread
+                        and interrupt
        NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
        NAME_observer    the same of an observer
@@ -79,7 +80,8 @@
        NAME_doubts      what it says
        NAME_outlook     what NAME_doubt_ahead remembers of a roll-out
        NAME_train       scratch of training, of NAME_errors, NAME_evidence_add and NAME_fit_.., a union
-       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_quantise
+       NAME_start       scratch of NAME_init, NAME_init_pod, NAME_chart_add and NAME_chart_solve, a union; with small weights of
+                        NAME_quantise
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
        NAME_residuals   with ROLN_GN_ROWS: rows and residuals of a step of Gauss-Newton
@@ -998,8 +1000,8 @@ typedef struct {
     const roln_real *rate;    /* [m] above 0; NULL: no limit of rates */
     const roln_real *last;    /* [m] u_-1, |last_j| <= most_j; read with rate only */
     const roln_real *most;    /* [m] above 0; NULL: 1, u is in units of its limits */
-    const roln_real *less;    /* [steps][m] |u_kj| <= most_j - less_kj, 0 or more, below most_j; NULL: 0. With limits of rate no
-                                 lower than (|last_j| + v) / 2, v what is left of it where it goes to 0 at a quarter of the rate */
+    const roln_real *less;    /* [steps][m] |u_kj| <= most_j - less_kj, 0 or more, below most_j; NULL: 0. With rate this limit is
+                                 never lower than (|last_j| + v) / 2, v = max(0, |last_j| - (k + 1) rate_j / 4) */
 } roln_ocp;
 
 /* What roln_ocp_solve works on. Limits are sides of u_kj, 0 and 1 of its size, 2 and 3 of its rate: how far each is away, t, and
@@ -1541,7 +1543,8 @@ typedef struct {
     roln_real load; /* deviation by which the torque of a load on each joint wanders in a second, as tau; 0: there is none */
 } roln_noise;
 
-/* What NAME_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
+/* Bits of NAME_filter_tick that no guard uses. It also returns ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE, with
+   meanings of its own (docs/task.md). */
 #define ROLN_FILTER_MISSING 512u  /* A joint was not measured. */
 #define ROLN_FILTER_OUTLIER 1024u /* A measured joint is beyond noise.gate and was not used. */
 #define ROLN_FILTER_START 2048u   /* The filter started at the measured pose, at rest. */
@@ -1997,9 +2000,6 @@ ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
     a->force /= b->force;
 }
 
-#define ROLNI_HALVINGS 60 /* of noise.tau in NAME_fit_noise */
-#define ROLNI_TAIL 128 /* parts of an interval of residuals in NAME_fit_limits */
-
 /* Deviation of the noise of each joint, q_each [N], from fourth differences of the positions, which motion that is slow beside dt
    hardly has: their variance is 70 times that of white noise. */
 ROLN_FN void rolni_noise_of_joints(const roln_model *md, const roln_batch *b, roln_real *q_each)
@@ -2022,8 +2022,6 @@ ROLN_FN void rolni_noise_of_joints(const roln_model *md, const roln_batch *b, ro
         q_each[i] = ROLN_SQRT(ROLNI_AS(roln_real, sum / count));
     }
 }
-
-#define ROLN_REFINE_PAIRS 20 /* steps that L-BFGS remembers in NAME_chart_refine */
 
 /* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var), of one joint or of all; of all in units of q
    where joints have the same unit, else in parts of their own. Double, for windows may be many. */
@@ -2873,15 +2871,15 @@ ROLNI_INTS
     ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
     ROLN_(cossin) = ROLN_(angles) == 0 ? 0 : ROLN_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
-    ROLN_(into) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* inputs */
+    ROLN_(net_inputs) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* of the networks of M and V */
     /* perceptrons: hidden sizes, 0 of polynomials */
     ROLN_(H1) = ROLNI_AT(0, ROLN_MLP), ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
     ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
     /* polynomials: degrees; first hidden sizes of either kind; _m: of M and R, _v: of V */
     ROLN_(degree_m) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
     ROLN_(polynomials) = ROLN_(degree_m) != 0 || ROLN_(degree_v) != 0,
-    ROLN_(H1_m) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_m)) : ROLN_(H1),
-    ROLN_(H1_v) = ROLN_(polynomials) ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLN_(H1),
+    ROLN_(H1_m) = ROLN_(polynomials) ? ROLN_(net_inputs) + ROLN_MONOMIALS(ROLN_(net_inputs), ROLN_(degree_m)) : ROLN_(H1),
+    ROLN_(H1_v) = ROLN_(polynomials) ? ROLN_(net_inputs) + ROLN_MONOMIALS(ROLN_(net_inputs), ROLN_(degree_v)) : ROLN_(H1),
     /* sums and the most of hidden sizes; the last one; weights without the output layer */
     ROLN_(mlp_layers) = 1 + (ROLN_(H1_m) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1_m) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
@@ -2889,19 +2887,18 @@ ROLNI_INTS
     ROLN_(back) = 2 * ROLN_(polynomials) * ROLN_(hidden), ROLN_(back_v) = 2 * ROLN_(polynomials) * ROLN_(hidden_v),
     ROLN_(planes_1) = ROLN_MAX(ROLN_(hidden), ROLN_(hidden_v)), ROLN_(planes_2) = ROLN_MAX(2 * ROLN_(hidden), ROLN_(hidden_v)),
     ROLN_(planes_3) = ROLN_MAX(3 * ROLN_(hidden), ROLN_(hidden_v)),
-    ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
+    ROLN_(even) = ROLN_MAX(ROLN_(net_inputs), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
     ROLN_(wide) = ROLN_(even) + ROLN_MAX(ROLN_(H1_m), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
     ROLN_(wide_v) = ROLN_(even) + ROLN_MAX(ROLN_(H1_v), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
     ROLN_(H2_to_5) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLN_(H2)))),
     ROLN_(last_m) = ROLNI_OR(ROLN_(H2_to_5), ROLN_(H1_m)),
     ROLN_(last_v) = ROLNI_OR(ROLN_(H2_to_5), ROLN_(H1_v)),
-    ROLN_(trunk) = (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
+    ROLN_(trunk) = (ROLN_(net_inputs) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
     ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
     ROLN_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)), ROLN_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
     ROLN_(layers) = (ROLN_(L0) > 0) + (ROLN_(L1) > 0) + (ROLN_(L2) > 0) + (ROLN_(L3) > 0),
-    ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
     ROLN_(squares) = ROLNI_AT(1, ROLN_MASS),
     ROLN_(cols) = ROLNI_OR(ROLN_(squares), ROLN_(n)),                           /* of L */
@@ -2930,7 +2927,7 @@ ROLNI_INTS
     ROLN_(row_gradient_1) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 1),
     ROLN_(row_all_0) = ROLNI_ALL_ROW_WORK(ROLN_, 0),
     ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
-    ROLN_(loss_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), /* of what the guard asks for */
+    ROLN_(guard_net_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_ALL_OF_D(ROLN_FRICTION), 1), /* of what the guard asks for */
     /* parameters, and what training adds to them */
     ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last_m) + 1) * ROLN_(outputs) + ROLN_(last_v) + 1 +
                        ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last_m) + 1) * ROLN_(damper) : 0) +
@@ -2958,16 +2955,18 @@ ROLNI_INTS
     ROLN_(horizon) = ROLN_HORIZON,
     ROLN_(load) = ROLN_LOAD,
     ROLN_(delay) = ROLN_DELAY,
-    ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
+    ROLN_(filtered) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(centres) = 8, /* states whose gains an observer holds */
     /* of NAME_doubt: is there the square of a state; degree of the polynomials of z, so that 4 coordinates take 24 kB, and of those
        of one number of x alone; terms */
     ROLN_(squared) = ROLN_(n) < 9,
-    ROLN_(degree_z) = ROLN_(into) < 3 ? 8 : ROLN_(into) < 4 ? 6 : ROLN_(into) < 5 ? 4 : ROLN_(into) < 6 ? 3 : 2 * ROLN_(squared),
+    ROLN_(degree_z) = ROLN_(net_inputs) < 3 ? 8 : ROLN_(net_inputs) < 4 ? 6 : ROLN_(net_inputs) < 5 ? 4 :
+                      ROLN_(net_inputs) < 6 ? 3 : 2 * ROLN_(squared),
     ROLN_(degree_x) = ROLN_(squared) ? ROLN_MAX(ROLN_(degree_z), 6) : 0,
-    ROLN_(of_x) = ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_z)) + ROLN_(into) * (ROLN_(degree_x) - ROLN_(degree_z)),
-    ROLN_(terms) = 1 + ROLN_(into) + ROLN_(of_x) + ROLN_(n) + ROLN_(squared) * (ROLN_(n) * ROLN_(into) + ROLN_TRI(ROLN_(n))),
+    ROLN_(of_x) = ROLN_MONOMIALS(ROLN_(net_inputs), ROLN_(degree_z)) + ROLN_(net_inputs) * (ROLN_(degree_x) - ROLN_(degree_z)),
+    ROLN_(terms) = 1 + ROLN_(net_inputs) + ROLN_(of_x) + ROLN_(n) +
+                   ROLN_(squared) * (ROLN_(n) * ROLN_(net_inputs) + ROLN_TRI(ROLN_(n))),
     ROLN_(guard_x) = ROLN_MAX(ROLNI_TAU(ROLN_, 1), ROLN_(terms)), /* scratch of the guard */
     ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
     ROLN_(looks) = ROLN_MAX(ROLN_(leaps), ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
@@ -3038,9 +3037,9 @@ ROLNI_ASSERT(polynomials_need_two_degrees_2_to_8,
              ROLN_(polynomials) == 0 || (ROLN_(degree_m) >= 2 && ROLN_(degree_m) <= ROLN_DEGREE_MAX && ROLN_(degree_v) >= 2 &&
                                          ROLN_(degree_v) <= ROLN_DEGREE_MAX && ROLNI_AT(2, ROLN_POLYNOMIALS) == 0))
 ROLNI_ASSERT(polynomials_take_no_base_nor_layers, ROLN_(polynomials) == 0 || (ROLN_(layers) == 0 && !(ROLN_BASE)))
-ROLNI_ASSERT(polynomials_take_64_inputs_at_most, ROLN_(polynomials) == 0 || ROLN_(into) <= ROLN_VARIABLES_MAX)
+ROLNI_ASSERT(polynomials_take_64_inputs_at_most, ROLN_(polynomials) == 0 || ROLN_(net_inputs) <= ROLN_VARIABLES_MAX)
 ROLNI_ASSERT(polynomials_are_fewer_than_65536,
-             ROLN_MONOMIALS(ROLNI_AS(int64_t, ROLN_(into)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
+             ROLN_MONOMIALS(ROLNI_AS(int64_t, ROLN_(net_inputs)), ROLN_MAX(ROLN_(degree_m), ROLN_(degree_v))) < 65536)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLN_(polynomials) > 0 ||
                                           (ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
                                            ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0))
@@ -3126,7 +3125,7 @@ typedef struct {
 #if ROLNI_FILTER(ROLN_FILTER) > 0
     roln_real zdd[ROLN_(n)];
 #endif
-    roln_real F[ROLN_(side) * ROLN_(side)];
+    roln_real F[ROLN_(filtered) * ROLN_(filtered)];
 } ROLN_(filter);
 
 /* zero it once; s: the estimate; zdd: of the last step of leapfrog; age: ticks since it started */
@@ -3211,7 +3210,7 @@ typedef struct {
 
 #define ROLNI_MLP_OF(which, out) \
     {ROLN_(mlp_layers), \
-     {ROLN_(into), ROLN_(H1_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
+     {ROLN_(net_inputs), ROLN_(H1_##which), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
       ROLNI_OR(ROLN_(H5), out), out}, ROLN_(degree_##which)}
 #define ROLNI_LNN_OF(friction) \
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLNI_AT(0, ROLN_MASS)), \
@@ -3252,8 +3251,8 @@ ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
     return ROLN_(inputs) > 0 ? NULL : each;
 }
 
-/* An input in user's units is multiplied by this number, and then by ROLNI_(own_inputs), which does it all where joints are
-   driven: of forces, or of positions u of servos. */
+/* The common factor from user's units of an input, a force or the position of a servo, to those of the networks.
+   ROLNI_(own_inputs) then applies the factor of each joint. Where joints are driven this factor is 1, and that has it all. */
 ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
 {
     if (ROLN_(driven) > 0) return 1;
@@ -3528,7 +3527,8 @@ typedef struct {
     roln_real work[ROLN_LNN_INVERSE_WORK(ROLN_, 2, 0, 1)];
 } ROLN_(inverse_work);
 
-/* NAME_inverse to w->a, and to b the energy balance at (z, zd); b NULL: not wanted. A balance is asked for with v only. */
+/* NAME_inverse to w->a, and to b the energy balance at (z, zd); b NULL: not wanted. b takes v: only then
+   the tape has the two directions that the balance reads. */
 ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real *v, const roln_real *zdd,
                                     rolni_balance *b, ROLN_(inverse_work) *w)
 {
@@ -3596,7 +3596,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
 }
 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
-       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way.
+       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + d(z, zd) - Kp e - Kd ed - load,   e of angles by the shorter way.
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. The reference and the diagonal
    gains are in r. Of a driven coordinate tau_z is the acceleration zdd_ref - kp e - kd ed, gains in 1/s^2 and 1/s, which takes the
    place of zdd_ref in M zdd_ref: the forces on the others allow for it. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows,
@@ -3846,7 +3846,7 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
 ROLN_FN void ROLNI_(terms_of)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, roln_real *t)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
-    const int n = ROLN_(n), into = ROLN_(into);
+    const int n = ROLN_(n), into = ROLN_(net_inputs);
     roln_real *const x = t + 1, *const v = x + into + ROLN_(of_x), *more = v - into * (ROLN_(degree_x) - ROLN_(degree_z));
     int i, j;
     t[0] = 1;
@@ -4003,7 +4003,7 @@ typedef struct {
         roln_real decode[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))], x[ROLN_(guard_x)];
         struct {
             roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
-            roln_real work[ROLN_MAX(ROLN_(loss_work), 2 * ROLN_(n))];
+            roln_real work[ROLN_MAX(ROLN_(guard_net_work), 2 * ROLN_(n))];
         } net;
     } u;
 } ROLN_(guard_tick_work);
@@ -4021,7 +4021,8 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
     if (s && want && limits->residual > 0) {
         const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, w->u.net.tape);
         ROLNI_(net_state)(p, s->z, s->zd, w->s);
-        if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_LOSS(ROLN_FRICTION), w->u.net.tape, w->u.net.work) == ROLN_OK) {
+        if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_ALL_OF_D(ROLN_FRICTION), w->u.net.tape, w->u.net.work) ==
+            ROLN_OK) {
             b = ROLNI_(balance)(p, &t, s->zd, w->u.net.work);
             if (load) b.lost -= roln_dot(ROLN_(n), s->zd, load);
             seen.balance = &b;
@@ -4030,22 +4031,24 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
     return ROLNI_(guard)(p, limits, &seen, want, g, w->u.x);
 }
 
-/* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed
-   or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
-   way to it failed. If the motors do not fit the model, neither `want` nor an array of torques of the limits is read. g->tau is the
-   torque of the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of
-   torque and rate (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until
-   g->g is zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the
-   faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as
-   an encoder that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the
-   mean power zd^T (J^T tau - d) of its ends. ROLN_FAULT_MANIFOLD leaves it out, since z is then not the pose. It is of second order
-   in dt and grows with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder,
-   say, lets it jump by the energy of the jump over dt. limits->residual_window = w makes it the running mean R += (r - R) / w:
-   jumps count a w-th, and a force that stays counts after w ticks. limits->false_alarms = a makes it the mean of w ticks, without
-   those whose residual is not known: one beyond the limit is an alarm and a bad tick, and the limit follows (rolni_raised). More
-   than `hold` alarms in a row (rolni_alarm) expire the guard, too. With ROLN_DELAY x and s are as measured all the same, not ahead:
-   what the guard compares with them are the torques that act, g->sent[0]. Each call adds a torque to those on their way, so call it
-   once a tick. */
+/* The guard: last call of a control tick, after the controller. Call it once a tick.
+   Arguments: x was measured. s is its latent state, NULL if the encoder failed or there is no estimate. `want` [force_size], of
+   limits->motors [count], is to be applied from now on, NULL if a function on the way to it failed. If the motors do not fit the
+   model, neither `want` nor an array of torques of the limits is read. g->tau is the torque of the last tick in and that of this
+   tick out.
+   Verdict: if all is well g->tau becomes `want`, each joint clipped to its limits of torque and rate (ROLN_CLIPPED). Else it stays,
+   at most limits->hold times in a row. Then it is the safe torque, at once, until g->g is zeroed. A last torque beyond its limit
+   counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of this tick, ROLN_FAULT_.., or
+   ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder that failed.
+   Delay: with ROLN_DELAY x and s are as measured all the same, not ahead. The guard compares them with the torques that act,
+   g->sent[0]. Each call adds a torque to those on their way.
+   Energy residual: r = (energy gained since the last tick) / dt - (mean of zd^T (J^T tau - d) at both ends). r is known if the last
+   tick was a good one and this one has no ROLN_FAULT_MANIFOLD, with which z is not the pose. r is of second order in dt and grows
+   with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder, say, lets r jump
+   by the energy of the jump over dt. With limits->residual_window = w the running mean R += (r - R) / w takes the place of r: jumps
+   count a w-th, and a force that stays counts after w ticks. With limits->false_alarms = a it is the mean of w ticks whose r is
+   known: one beyond the limit is an alarm and a bad tick, and the limit follows (rolni_raised). More than `hold` alarms in a row
+   (rolni_alarm) expire the guard, too. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
@@ -4247,7 +4250,7 @@ typedef struct {
     roln_system sys; /* for the integrators; sys.force NULL: no force */
     roln_force force;
     ROLNI_(torque) torque;
-} ROLNI_(driven);
+} ROLNI_(forced);
 
 /* Scratch of the force on one state, and of its derivatives. */
 typedef struct {
@@ -4265,8 +4268,8 @@ typedef union {
 
 /* in [nb][force_size], NULL: no force; tau, tape, work: scratch. Gradients need force.bwd and its scratch, derivatives force.jac: a
    function that is not named here is not in programs without them. */
-ROLN_FN void ROLNI_(drive)(const ROLN_(params) *p, const roln_real *in, roln_real *tau, roln_real *tape, roln_real *work,
-                           ROLNI_(driven) *d)
+ROLN_FN void ROLNI_(hold_force)(const ROLN_(params) *p, const roln_real *in, roln_real *tau, roln_real *tape, roln_real *work,
+                                ROLNI_(forced) *d)
 {
     d->torque.p = p, d->torque.in = in, d->torque.tau = tau, d->torque.tape = tape, d->torque.work = work;
     d->force.eval = ROLNI_(torque_eval), d->force.bwd = NULL, d->force.jac = NULL, d->force.ctx = &d->torque;
@@ -4292,7 +4295,7 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
                                   roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], ROLN_(reduce_work) *w)
 {
     const int n = ROLN_(n), own = ROLN_(own), size = ROLN_(force_size);
-    ROLNI_(driven) d;
+    ROLNI_(forced) d;
     int i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
@@ -4301,13 +4304,13 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     for (i = 0; i < size; i++)
         w->tau[i] = tau[i] * ROLNI_(input_unit)(p);
     ROLNI_(own_inputs)(p, 1, w->tau);
-    ROLNI_(drive)(p, w->tau, w->force.tau, w->force.tape, w->force.work, &d);
+    ROLNI_(hold_force)(p, w->tau, w->force.tau, w->force.tape, w->force.work, &d);
     ROLNI_(torque_eval)(&d.torque, 1, w->s, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.m / (p->scale.t * p->scale.t);
 #else
     if (own) rolni_copy(size, tau, w->tau), rolni_multiply_each(1, size, ROLNI_(force_units)(p), w->tau);
-    ROLNI_(drive)(p, own ? w->tau : tau, w->force.tau, w->force.tape, w->force.work, &d);
+    ROLNI_(hold_force)(p, own ? w->tau : tau, w->force.tau, w->force.tape, w->force.work, &d);
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.q;
@@ -4355,7 +4358,7 @@ ROLN_FN void ROLNI_(loaded_jac_zd)(void *ctx, const roln_real *z, roln_real *H)
 #endif
 
 /* The load [n] joins the force of d; all stay where they are. NULL: nothing is done. */
-ROLN_FN void ROLNI_(drive_load)(const ROLN_(params) *p, const roln_real *load, int by_load, ROLNI_(driven) *d, ROLNI_(loaded) *f)
+ROLN_FN void ROLNI_(hold_load)(const ROLN_(params) *p, const roln_real *load, int by_load, ROLNI_(forced) *d, ROLNI_(loaded) *f)
 {
     if (!load) return;
     f->torque = &d->torque, f->load = load, f->unit = p->scale.t * p->scale.t / p->scale.m, f->by_load = by_load;
@@ -4394,12 +4397,12 @@ ROLN_FN roln_status ROLNI_(step_by)(const ROLN_(params) *p, roln_real *z, roln_r
     const roln_real t = p->scale.t, unit = ROLNI_(input_unit)(p), h = by->dt / t;
     const int acts = by->tau || by->load || ROLN_(actuator) > 0;
     roln_real *const s = base->s, *const held = base->held;
-    ROLNI_(driven) d;
+    ROLNI_(forced) d;
     ROLNI_(loaded) loaded;
     roln_status st;
     int i;
-    ROLNI_(drive)(p, acts ? held : NULL, base->force.tau, base->force.tape, base->force.work, &d);
-    ROLNI_(drive_load)(p, by->load, 0, &d, &loaded);
+    ROLNI_(hold_force)(p, acts ? held : NULL, base->force.tau, base->force.tape, base->force.work, &d);
+    ROLNI_(hold_load)(p, by->load, 0, &d, &loaded);
     for (i = 0; i < size && acts; i++)
         held[i] = by->tau ? by->tau[i] * unit : 0;
     if (by->tau) ROLNI_(own_inputs)(p, 1, held);
@@ -4552,17 +4555,17 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     const roln_real t = p->scale.t, unit = ROLNI_(input_unit)(p), *const each = ROLNI_(force_units)(p);
     const int acts = by->tau || by->load || wanted > 0 || ROLN_(actuator) > 0;
     roln_real *const s = w->s, *const held = w->held;
-    ROLNI_(driven) d;
+    ROLNI_(forced) d;
     ROLNI_(loaded) loaded;
     roln_status st;
     int i, j;
-    ROLNI_(drive)(p, acts ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
+    ROLNI_(hold_force)(p, acts ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
     d.torque.T = w->force.jac, d.torque.u = d.torque.T + n * ROLN_(N), d.torque.jac = d.torque.u + n * ROLN_(inputs);
     d.force.jac = by->load ? ROLNI_(loaded_jac) : ROLNI_(torque_jac);
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) == 2
     d.force.jac_zd = by->load ? ROLNI_(loaded_jac_zd) : ROLNI_(torque_jac_zd);
 #endif
-    ROLNI_(drive_load)(p, by->load, to->L != NULL, &d, &loaded);
+    ROLNI_(hold_load)(p, by->load, to->L != NULL, &d, &loaded);
     for (i = 0; i < size; i++)
         held[i] = by->tau ? by->tau[i] * unit : 0;
     ROLNI_(own_inputs)(p, 1, held);
@@ -4998,8 +5001,9 @@ typedef struct {
 /* scratch of NAME_filter_tick: state s [side], side = 2n or, with a load, 3n, and factor F; the pose q that the state decodes to, J
    there; room for products A [side][side] and for rows of triangles, those of a measurement or, with a load, of two noises */
 typedef struct {
-    roln_real s[ROLN_(side)], F[ROLN_(side) * ROLN_(side)], A[ROLN_(side) * ROLN_(side)], q[ROLN_(N)], J[ROLN_(N) * ROLN_(n)];
-    roln_real rows[ROLN_MAX((ROLN_(side) + ROLN_(N)) * (ROLN_(side) + 1), ROLN_(load) * 15 * ROLN_(n) * ROLN_(n))];
+    roln_real s[ROLN_(filtered)], F[ROLN_(filtered) * ROLN_(filtered)], A[ROLN_(filtered) * ROLN_(filtered)];
+    roln_real q[ROLN_(N)], J[ROLN_(N) * ROLN_(n)];
+    roln_real rows[ROLN_MAX((ROLN_(filtered) + ROLN_(N)) * (ROLN_(filtered) + 1), ROLN_(load) * 15 * ROLN_(n) * ROLN_(n))];
     union {
         struct {
             ROLNI_(linear_base) base;
@@ -5012,10 +5016,10 @@ typedef struct {
             roln_real T[ROLN_(N) * ROLN_(n)], triangle[ROLN_QR_R_WORK(ROLN_(N), ROLN_(n))];
         } wander;
         roln_real encode[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)];
-        roln_real predict[ROLN_QR_R_WORK((3 + 2 * ROLN_(load)) * ROLN_(n), ROLN_(side))];
-        roln_real correct[ROLN_QR_R_WORK(ROLN_(side) + ROLN_(N), ROLN_(side) + 1)];
+        roln_real predict[ROLN_QR_R_WORK((3 + 2 * ROLN_(load)) * ROLN_(n), ROLN_(filtered))];
+        roln_real correct[ROLN_QR_R_WORK(ROLN_(filtered) + ROLN_(N), ROLN_(filtered) + 1)];
         struct {
-            roln_real w[ROLN_(side)], d[ROLN_(side)];
+            roln_real w[ROLN_(filtered)], d[ROLN_(filtered)];
         } step;
     } u;
 } ROLN_(filter_tick_work);
@@ -5208,9 +5212,9 @@ ROLN_FN roln_status ROLNI_(filter_correct)(const roln_noise *noise, roln_real ga
     return roln_all_finite(ns, at->s) && roln_all_finite(ns * ns, at->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* At the pose y, at rest, in the middle of all velocities that training has seen, under no load but what it wanders in a second,
-   which is more than a filter that has settled does not know of it, so that it settles no later than it follows; joints that were
-   not measured as in z [n], NULL: none may be missing. ROLN_FILTER_START, or bits that say why not. */
+/* At the pose y, at rest, in the middle of all velocities that training has seen. The load is 0, and its deviation is what it
+   wanders in a second: a settled filter knows the load better, so a start takes no longer than following a change. Joints that were
+   not measured are those of z [n]; NULL: none may be missing. Returns ROLN_FILTER_START, or bits that say why not. */
 ROLN_FN uint32_t ROLNI_(filter_start)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *y, const roln_real *z,
                                       int load, rolni_innovation *in, roln_real *zdd, ROLN_(filter_tick_work) *w)
 {
@@ -5246,7 +5250,7 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
     rolni_copy(n, f->s.z, w->s);
     rolni_copy(n, f->s.zd, w->s + n);
     if (load) rolni_copy(n, ROLNI_LOAD_OF(f), w->s + 2 * n);
-    rolni_copy(ROLN_(side) * ROLN_(side), f->F, w->F);
+    rolni_copy(ROLN_(filtered) * ROLN_(filtered), f->F, w->F);
     st = ROLNI_(filter_predict)(p, noise, tau, load, ROLNI_LAST_OF_FILTER(f), w);
     if (st == ROLN_OK && measured > 0) st = ROLNI_(filter_correct)(noise, noise->gate, y, load, in, w);
     if (st == ROLN_OK && !ROLNI_(in_range)(p, 10, w->s, w->s + n)) st = ROLN_E_RANGE;
@@ -5309,7 +5313,7 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
         rolni_copy(n, w->s, f->s.z);
         rolni_copy(n, w->s + n, f->s.zd);
         if (load) rolni_copy(n, w->s + 2 * n, ROLNI_LOAD_OF(f));
-        rolni_copy(ROLN_(side) * ROLN_(side), w->F, f->F);
+        rolni_copy(ROLN_(filtered) * ROLN_(filtered), w->F, f->F);
     }
     filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
     filter->faults |= faults;
@@ -5542,34 +5546,44 @@ typedef struct {
     } u;
 } ROLN_(doubt_ahead_work);
 
+/* A step of the covariances of NAME_doubt_ahead: with G = [dt^2 / 2; dt] diag(zdd of d),
+       P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = decay (A C + G).
+   A [2n][2n]; from in, to out; g [2n], moved [2n][2n]: scratch. */
+ROLN_FN void ROLNI_(spread)(const roln_real *A, const ROLN_(doubts) *d, roln_real dt, roln_real decay, const ROLN_(outlook) *from,
+                            ROLN_(outlook) *to, roln_real *g, roln_real *moved)
+{
+    const int n = ROLN_(n), n2 = 2 * n;
+    roln_real *const P = to->P, *const C = to->C;
+    int i, j;
+    for (i = 0; i < n; i++)
+        g[i] = dt * dt / 2 * d->zdd[i], g[n + i] = dt * d->zdd[i];
+    roln_mm(n2, n2, n2, A, from->P, moved);
+    roln_mm_bt(n2, n2, n2, moved, A, P);
+    roln_mm(n2, n2, n, A, from->C, C);
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            P[i * n2 + j] += C[i * n + j % n] * g[j] + g[i] * C[j * n + i % n] + (i % n == j % n ? g[i] * g[j] : 0);
+    for (i = 0; i < n2; i++)
+        C[i * n + i % n] += g[i];
+    for (i = 0; i < n2 * n; i++)
+        C[i] *= decay;
+}
+
 /* NAME_doubt_ahead with errors that last so long. */
 ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, roln_real lasts, ROLN_(latent) *s,
                                         const roln_real *tau, roln_real dt, ROLN_(outlook) *o, ROLN_(doubt_ahead_work) *w)
 {
-    const int n = ROLN_(n), n2 = 2 * ROLN_(n);
-    roln_real *const A = w->u.linear.j.A, *const P = w->o.P, *const C = w->o.C;
-    const roln_real keeps = roln_exp(-dt / lasts);
+    const int n2 = 2 * ROLN_(n);
     roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
-    int i, j;
+    int i;
     if (!(dt >= 0) || !(lasts > 0)) return ROLN_E_RANGE;
     w->s = *s;
     if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
     if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++)
-        w->g[i] = dt * dt / 2 * w->d.zdd[i], w->g[n + i] = dt * w->d.zdd[i];
-    roln_mm(n2, n2, n2, A, o->P, w->moved);
-    roln_mm_bt(n2, n2, n2, w->moved, A, P);
-    roln_mm(n2, n2, n, A, o->C, C);
+    ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, roln_exp(-dt / lasts), o, &w->o, w->g, w->moved);
+    if (!roln_all_finite(n2 * n2, w->o.P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
     for (i = 0; i < n2; i++)
-        for (j = 0; j < n2; j++)
-            P[i * n2 + j] += C[i * n + j % n] * w->g[j] + w->g[i] * C[j * n + i % n] + (i % n == j % n ? w->g[i] * w->g[j] : 0);
-    for (i = 0; i < n2; i++)
-        C[i * n + i % n] += w->g[i];
-    for (i = 0; i < n2 * n; i++)
-        C[i] *= keeps;
-    if (!roln_all_finite(n2 * n2, P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
-    for (i = 0; i < n2; i++)
-        if (P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
+        if (w->o.P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
     *o = w->o, *s = w->s;
     return ROLN_OK;
 }
@@ -6159,7 +6173,7 @@ ROLN_FN roln_status ROLN_(plan_follow)(const ROLN_(params) *p, const roln_goal *
     const roln_real at = t / goal->dt + ROLNI_AS(roln_real, plan->plan.age);
     roln_real want[ROLN_(motors)];
     int j, k;
-    (void)p;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!(goal->dt > 0) || !roln_finite(goal->dt) || !rolni_limits_valid(goal->limits, ROLN_(motors))) return ROLN_E_RANGE;
     if (!plan->plan.valid || !(at >= 0) || !(at < ROLNI_AS(roln_real, ROLN_(steps)))) return ROLN_E_LENGTH;
     if (!roln_all_finite(2 * ROLN_(n), ROLNI_(numbers)(s))) return ROLN_E_NOT_FINITE;
@@ -6217,28 +6231,16 @@ typedef struct {
 } ROLN_(plan_tighten_work);
 
 /* The covariances o of the state behind step k under the plan's feedback, w->A becoming A - B K, with errors w->d.zdd that keep the
-   part `keeps` of their correlation over the step. */
-ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, roln_real keeps, ROLN_(plan_tighten_work) *w)
+   part `decay` of their correlation over the step. */
+ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, roln_real decay, ROLN_(plan_tighten_work) *w)
 {
-    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
-    roln_real *const P = w->next.P, *const C = w->next.C, *const g = w->row;
+    const int n2 = 2 * ROLN_(n), motors = ROLN_(motors);
     int i, j, l;
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
             for (l = 0; l < motors; l++)
                 w->A[i * n2 + j] -= w->B[i * motors + l] * plan->K[(k * motors + l) * n2 + j];
-    for (i = 0; i < n; i++)
-        g[i] = dt * dt / 2 * w->d.zdd[i], g[n + i] = dt * w->d.zdd[i];
-    roln_mm(n2, n2, n2, w->A, w->o.P, w->moved);
-    roln_mm_bt(n2, n2, n2, w->moved, w->A, P);
-    roln_mm(n2, n2, n, w->A, w->o.C, C);
-    for (i = 0; i < n2; i++)
-        for (j = 0; j < n2; j++)
-            P[i * n2 + j] += C[i * n + j % n] * g[j] + g[i] * C[j * n + i % n] + (i % n == j % n ? g[i] * g[j] : 0);
-    for (i = 0; i < n2; i++)
-        C[i * n + i % n] += g[i];
-    for (i = 0; i < n2 * n; i++)
-        C[i] *= keeps;
+    ROLNI_(spread)(w->A, &w->d, dt, decay, &w->o, &w->next, w->row, w->moved);
     w->o = w->next;
 }
 
@@ -6367,7 +6369,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
 {
     const roln_scale *sc = &p->scale;
     const int N = ROLN_(N), size = ROLN_(force_size), nb = ROLN_BLOCK;
-    ROLNI_(driven) d;
+    ROLNI_(forced) d;
     size_t rows;
     int from, now, k;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
@@ -6376,7 +6378,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     memset(e->all, 0, rows * sizeof *e->all);
     if (e->joints) memset(e->joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e->joints);
     if (e->windows) memset(e->windows, 0, rows * ROLNI_AS(size_t, b->count) * sizeof *e->windows);
-    ROLNI_(drive)(p, ROLNI_(acts)(b) ? w->held : NULL, w->held + nb * size, w->u.step.decoder, w->u.step.reduce, &d);
+    ROLNI_(hold_force)(p, ROLNI_(acts)(b) ? w->held : NULL, w->held + nb * size, w->u.step.decoder, w->u.step.reduce, &d);
     for (from = 0; from < b->count; from += now) {
         now = b->count - from < nb ? b->count - from : nb;
         for (k = 0; k <= b->steps; k++) {
@@ -6482,6 +6484,8 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     }
     return ROLN_OK;
 }
+
+#define ROLNI_TAIL 128 /* parts of an interval of residuals */
 
 /* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; of each joint the largest torque and change; how many
    residuals of windows are in each part of an interval */
@@ -6615,6 +6619,8 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     return ROLN_OK;
 }
 
+#define ROLNI_HALVINGS 60 /* of noise.tau */
+
 /* scratch of NAME_fit_noise */
 typedef struct {
     roln_real each[ROLN_(N)], left[ROLN_(N)], rest[ROLN_(N)], before[ROLN_(N)]; /* of the chart: sums, what they lose, the last r */
@@ -6698,9 +6704,9 @@ ROLN_FN void ROLNI_(noise_of_chart)(const ROLN_(params) *p, const roln_batch *b,
    sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay, and have to
    count for both, the noise of a joint and what the chart leaves of it; with l->q = 0 q_each [N] becomes the root of the sum of
    their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it (held by test_noise.c:
-   test_fit_chart); else q_each may be NULL. l->tau becomes four times the largest
-   under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
-   velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
+   test_fit_chart); else q_each may be NULL. Candidates for l->tau are the torque that gives the
+   largest velocity of training in one tick, and its halves, quarters, ..; l->tau becomes four times the largest candidate whose
+   likelihood is within e^2 of the best (four times: the error of a model lasts, white noise does not, and F^T F is to hold it), and
    l->tau_each NULL. Joints of different size: tau_each [N] has how their unknown torques compare, such as what the model leaves of
    each torque; it is multiplied by l->tau of that, and l->tau_each points to it. tau_each NULL: all joints have the same.
    l->load is yours, too; nothing but the machine that was trained moved.
@@ -6998,22 +7004,31 @@ typedef struct {
     } u;
 } ROLN_(fit_doubt_work);
 
+/* Latent states s, end of both ends of window k of b. x: scratch. */
+ROLN_FN roln_status ROLNI_(encode_ends)(const ROLN_(params) *p, const roln_batch *b, int k, ROLN_(state) *x, ROLN_(latent) *s,
+                                        ROLN_(latent) *end, ROLN_(encode_work) *w)
+{
+    const size_t N = ROLN_(N);
+    roln_status st = ROLN_OK;
+    int i;
+    for (i = 0; i < 2 && st == ROLN_OK; i++) {
+        const size_t at = rolni_sample(b, k, i * b->steps) * N;
+        rolni_copy(ROLN_(N), b->q + at, x->q);
+        rolni_copy(ROLN_(N), b->qd + at, x->qd);
+        st = ROLN_(encode)(p, x, i == 0 ? s : end, w);
+    }
+    return st;
+}
+
 /* Writes the mean error of the model over window k of b to w->error: of zdd, and of the force M zdd. *novelty: that of its
    start. */
 ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, int k, roln_real dt, const roln_real *L,
                                    roln_real *novelty, ROLN_(fit_doubt_work) *w)
 {
-    const size_t N = ROLN_(N);
     const int n = ROLN_(n);
     const roln_real span = dt * ROLNI_AS(roln_real, b->steps);
-    roln_status st = ROLN_OK;
+    roln_status st = ROLNI_(encode_ends)(p, b, k, &w->x, &w->s, &w->end, &w->u.encode);
     int h, i;
-    for (i = 0; i < 2 && st == ROLN_OK; i++) { /* both ends */
-        const size_t at = rolni_sample(b, k, i * b->steps) * N;
-        rolni_copy(ROLN_(N), b->q + at, w->x.q);
-        rolni_copy(ROLN_(N), b->qd + at, w->x.qd);
-        st = ROLN_(encode)(p, &w->x, i == 0 ? &w->s : &w->end, &w->u.encode);
-    }
     if (st != ROLN_OK) return st;
     *novelty = ROLNI_(novelty)(p, L, w->s.z, w->s.zd, w->t);
     st = ROLN_(dynamics)(p, &w->s, &w->equation, &w->u.dynamics);
@@ -7075,17 +7090,10 @@ typedef struct {
 ROLN_FN roln_status ROLNI_(outlook_cost)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, const ROLN_(evidence) *e,
                                          roln_real lasts, double *cost, ROLN_(fit_outlook_work) *w)
 {
-    const size_t N = ROLN_(N);
     int k, h, i;
     *cost = 0;
     for (k = 0; k < b->count; k++) {
-        roln_status st = ROLN_OK;
-        for (i = 0; i < 2 && st == ROLN_OK; i++) { /* both ends */
-            const size_t at = rolni_sample(b, k, i * b->steps) * N;
-            rolni_copy(ROLN_(N), b->q + at, w->x.q);
-            rolni_copy(ROLN_(N), b->qd + at, w->x.qd);
-            st = ROLN_(encode)(p, &w->x, i == 0 ? &w->s : &w->end, &w->u.encode);
-        }
+        roln_status st = ROLNI_(encode_ends)(p, b, k, &w->x, &w->s, &w->end, &w->u.encode);
         memset(&w->o, 0, sizeof w->o);
         for (h = 0; h < b->steps && st == ROLN_OK; h++) {
             if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
@@ -7163,10 +7171,10 @@ typedef struct {
 } ROLNI_(force_block_work);
 
 /* A force `in` on a block, NULL: none, whose gradients go where those of g do. */
-ROLN_FN void ROLNI_(drive_block)(const ROLN_(params) *p, const roln_real *in, const roln_gradient *g, ROLNI_(force_block_work) *w,
-                                 ROLNI_(driven) *d)
+ROLN_FN void ROLNI_(hold_force_block)(const ROLN_(params) *p, const roln_real *in, const roln_gradient *g,
+                                      ROLNI_(force_block_work) *w, ROLNI_(forced) *d)
 {
-    ROLNI_(drive)(p, in, w->tau, w->u.eval.tape, w->u.eval.work, d);
+    ROLNI_(hold_force)(p, in, w->tau, w->u.eval.tape, w->u.eval.work, d);
     d->force.bwd = ROLNI_(torque_bwd);
     d->torque.g = w->u.bwd.g, d->torque.bwd = w->u.bwd.work;
     d->torque.gae = g->ae;
@@ -7221,7 +7229,7 @@ typedef struct {
     int jets;    /* planes of the data: 2, or 1 without qd */
     int first;   /* first predicted sample: 1, or 2 without qd */
     int rollout; /* 0: nothing is predicted */
-    ROLNI_(driven) drive;
+    ROLNI_(forced) drive;
     ROLN_(grad_work) *w;
 } ROLNI_(windows);
 
@@ -7236,7 +7244,7 @@ ROLN_FN void ROLNI_(windows_start)(const ROLN_(params) *p, const roln_loss *wt, 
     b->first = batch->qd ? 1 : 2;
     b->each = 1 / ROLNI_AS(roln_real, H + 1), b->step = 1 / ROLNI_AS(roln_real, ROLN_MAX(H - b->first + 1, 1));
     b->rollout = H >= b->first && (wt->z > 0 || wt->zd > 0 || wt->q_pred > 0 || wt->qd_pred > 0);
-    ROLNI_(drive_block)(p, ROLNI_(acts)(batch) ? w->held : NULL, g, &w->u.step.force, &b->drive);
+    ROLNI_(hold_force_block)(p, ROLNI_(acts)(batch) ? w->held : NULL, g, &w->u.step.force, &b->drive);
 }
 
 /* The data of step k, scaled, to x. */
@@ -7416,7 +7424,7 @@ typedef struct {
     const roln_batch *batch;
     const roln_gradient *g;
     int w0, nb;
-    ROLNI_(driven) drive;
+    ROLNI_(forced) drive;
     ROLN_(grad_acc_work) *w;
 } ROLNI_(samples);
 
@@ -7516,7 +7524,7 @@ ROLN_FN roln_status ROLNI_(samples_block)(const ROLN_(params) *p, const roln_los
     ROLNI_(samples) b;
     roln_status st;
     b.p = p, b.weights = wt, b.batch = batch, b.g = g, b.w0 = part.w0, b.nb = part.nb, b.w = w;
-    ROLNI_(drive_block)(p, ROLNI_(acts)(batch) ? w->held : NULL, g, &w->u.net.force, &b.drive);
+    ROLNI_(hold_force_block)(p, ROLNI_(acts)(batch) ? w->held : NULL, g, &w->u.net.force, &b.drive);
     if ((st = ROLNI_(samples_forward)(&b)) != ROLN_OK) return st;
     ROLNI_(samples_backward)(&b);
     *g->windows += ROLNI_AS(roln_real, part.nb);
@@ -7666,7 +7674,7 @@ ROLNI_INTS_END;
    of the data, for example. The function has two numbers on the stack for each polynomial. */
 ROLN_FN void ROLN_(newton_ridge)(roln_real ridge, roln_real reach, roln_real w[ROLN_AT_LEAST(ROLN_(newton_size))])
 {
-    enum { ROLNI_IN = ROLN_(into) };
+    enum { ROLNI_IN = ROLN_(net_inputs) };
     const roln_lnn *f = &ROLN_(model).lnn;
     const rolni_nets all = rolni_nets_of(f);
     roln_real z[ROLNI_IN], one[ROLNI_IN], p[ROLN_(planes_1)], slope[ROLN_(planes_1)];
@@ -7902,11 +7910,11 @@ ROLN_FN roln_status ROLNI_(force_moments)(const ROLN_(params) *p, const roln_bat
     const roln_real v = rolni_velocity_unit(&p->scale), unit = rolni_force_unit(&p->scale) * p->scale.m;
     const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
     roln_real *const x = w->x, *const z = w->z, *const in = w->in;
-    ROLNI_(driven) d;
+    ROLNI_(forced) d;
     int k, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!rolni_batch_valid(b) || b->count < 1 || !b->qd || !b->qdd || !b->tau) return ROLN_E_LENGTH;
-    ROLNI_(drive)(p, in, w->u.force.tau, w->u.force.tape, w->u.force.work, &d);
+    ROLNI_(hold_force)(p, in, w->u.force.tau, w->u.force.tape, w->u.force.work, &d);
     for (k = 0; k < b->count; k++) {
         rolni_gather(b, b->q, N, k, 1, 0, 1 / p->scale.q, x);
         rolni_gather(b, b->qd, N, k, 1, 0, v, x + N);
@@ -8133,6 +8141,8 @@ ROLN_FN roln_status ROLN_(chart_center)(ROLN_(params) *p)
    origin: what the best decoder leaves of the samples is a function of that space. Its logarithm is made small by Riemannian L-BFGS
    over Psi with orthonormal columns, each value a fit in closed form. Columns of driven joints are not moved, and the others are 0
    in their rows: what a coordinate has of driven ones does not change that space. */
+
+#define ROLN_REFINE_PAIRS 20 /* steps that L-BFGS remembers in NAME_chart_refine */
 
 /* Scratch of a fit for one encoder: a block of samples, their spread, modes, a gradient and what it loses by rounding. */
 typedef struct {
@@ -8478,8 +8488,9 @@ ROLN_FN roln_status ROLN_(quantise)(int count, const unsigned char *bytes, ROLN_
 
 /* ---- 20 scratch of a program ----------------------------------------------------------------- */
 
-/* Scratch of prediction and control: for every function what it takes, one upon the other. One for each main loop, task and
-   interrupt. NAME_tick(.., &work.tick). */
+/* Scratch of a tick, of prediction and of NAME_doubt, one upon the other. One for each main loop, task and interrupt:
+   NAME_tick(.., &work.tick). NAME_linear, _lqr, _lqr_along, _filter_tick, _observer_tick, _doubt_ahead and _plan_.. take scratch of
+   their own, for most of them need more. */
 typedef union {
     ROLN_(encode_work) encode;
     ROLN_(encode_reference_work) encode_reference;
@@ -8497,7 +8508,6 @@ typedef union {
 #if ROLN_DELAY > 0
     ROLN_(ahead_work) ahead;
 #endif
-    ROLN_(fit_range_work) fit_range;
     ROLN_(tick_work) tick;
     ROLN_(doubt_work) doubt;
 } ROLN_(work);
@@ -8506,6 +8516,7 @@ typedef union {
    ticks may put NAME_work and NAME_train into a union of its own. */
 typedef union {
     ROLN_(errors_work) errors;
+    ROLN_(fit_range_work) fit_range;
     ROLN_(fit_limits_work) fit_limits;
     ROLN_(fit_noise_work) fit_noise;
     ROLN_(fit_observer_work) fit_observer;

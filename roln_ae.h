@@ -57,8 +57,8 @@ typedef struct {
 typedef struct roln_ae roln_ae;
 typedef struct {
     void (*decode)(const roln_ae *ae, int jets, int nb, const roln_real *layer, roln_real *tape, roln_real *x);
-    void (*back)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
-                 roln_real *glayer, roln_real *gz, roln_real *work);
+    void (*bwd)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
+                roln_real *glayer, roln_real *gz, roln_real *work);
 } roln_bend;
 #define ROLN_UNBENT NULL
 
@@ -83,7 +83,7 @@ struct roln_ae {
        S(ae_size)     roln_ae_params(ae) */
 
 /* N_l, or 0 beyond the last layer. */
-ROLN_FN int roln_ae_size(const roln_ae *ae, int l)
+ROLN_FN int roln_ae_width(const roln_ae *ae, int l)
 {
     return l <= ae->layers ? ae->size[l] : 0;
 }
@@ -129,8 +129,7 @@ ROLN_FN int rolni_ae_row(const roln_ae *ae, int n)
 
 ROLN_FN int rolni_ae_layer_size(const roln_ae *ae, int l)
 {
-    const int N = ae->size[l], n = ae->size[l + 1];
-    return 2 * n * rolni_ae_row(ae, N) + (ae->storage != ROLN_FULL ? n * rolni_ae_row(ae, n) : 0) + N;
+    return ROLN_AE_LAYER(rolni_ae_bits(ae), ae->size[l], ae->size[l + 1]);
 }
 
 /* theta holds for l = 0 .. L-1: Phi_l^T [N_{l+1}][N_l], Psi_l^T [N_{l+1}][N_l], of stored weights D_l [N_{l+1}][N_{l+1}],
@@ -327,7 +326,7 @@ ROLN_FN void rolni_bent_decode(const roln_ae *ae, int jets, int nb, const roln_r
    work [ROLNI_BENT_BACK_WORK]: y is first y, then gy. */
 #define ROLNI_BENT_BACK_MEM(X, rows, N, monomials) X(y, (rows) * (N)) X(gp, (rows) * (monomials))
 #define ROLNI_BENT_BACK_WORK(rows, N, monomials) (0 ROLNI_BENT_BACK_MEM(ROLNI_SIZE, rows, N, monomials))
-ROLN_FN void rolni_bent_back(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape,
+ROLN_FN void rolni_bent_bwd(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape,
                              const roln_real *gx, roln_real *glayer, roln_real *gz, roln_real *work)
 {
     const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->monomials, rows = jets * nb;
@@ -406,12 +405,7 @@ ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const rol
         T[i] += x[i];
 }
 
-#if ROLNI_GNU /* linkage of tables: no warning where one is not used */
-#define ROLNI_TABLE static const __attribute__((__unused__))
-#else
-#define ROLNI_TABLE static const
-#endif
-ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_back};
+ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_bwd};
 
 /* ---- 4 encode --------------------------------------------------------------------------------- */
 
@@ -470,7 +464,7 @@ ROLN_FN void roln_ae_encode_bwd(const roln_ae *ae, int jets, int nb, const roln_
                                 const roln_real *gz, roln_real *gx, roln_real *gtheta, roln_real *work)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
-    const int rows = jets * nb, L = ae->layers, N = ae->size[0], N1 = roln_ae_size(ae, 1);
+    const int rows = jets * nb, L = ae->layers, N = ae->size[0], N1 = roln_ae_width(ae, 1);
     const roln_real *th = theta + rolni_ae_layers(ae), *a = tape + 2 * rows * roln_ae_sum(ae), *last = a - rows * ae->size[L];
     int l, i;
     ROLNI_AE_ENCODE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets, nb)
@@ -544,11 +538,11 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
 #define ROLNI_AE_DECODE_BWD_MEM(X, S, jets, nb) X(odd, (jets) * (nb) * S(N1)) X(even, (jets) * (nb) * S(N2))
 #define ROLN_AE_DECODE_BWD_WORK(S, jets, nb) \
     (0 ROLNI_AE_DECODE_BWD_MEM(ROLNI_SIZE, S, jets, nb) + ROLNI_BENT_BACK_WORK((jets) * (nb), S(bent), S(monomials)))
-ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *tape,
+ROLN_FN const roln_real *rolni_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *tape,
                                            const roln_real *gx, roln_real *gtheta, roln_real *work)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
-    const int rows = jets * nb, N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2);
+    const int rows = jets * nb, N1 = roln_ae_width(ae, 1), N2 = roln_ae_width(ae, 2);
     const roln_real *g = gx;
     int l, i, r;
     ROLNI_AE_DECODE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets, nb)
@@ -558,7 +552,7 @@ ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, 
         const roln_real *u = tape, *y = u + rows * n;
         roln_real *gu = l % 2 ? even : odd;
         if (rolni_bends(ae, l)) {
-            ae->bend->back(ae, jets, nb, theta, tape, g, gtheta, gu, work);
+            ae->bend->bwd(ae, jets, nb, theta, tape, g, gtheta, gu, work);
             return gu;
         }
         if (gtheta) { /* gPhi^T += u^T gx, gb += sum_r gx_r */
@@ -583,7 +577,7 @@ ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, 
 ROLN_FN void roln_ae_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *tape,
                                 const roln_real *gx, roln_real *gz, roln_real *gtheta, roln_real *work)
 {
-    const roln_real *g = rolni_decode_back(ae, jets, nb, theta, tape, gx, gtheta, work);
+    const roln_real *g = rolni_decode_bwd(ae, jets, nb, theta, tape, gx, gtheta, work);
     int i;
     for (i = 0; gz && i < jets * nb * ae->size[ae->layers]; i++)
         gz[i] += g[i];
@@ -614,7 +608,7 @@ ROLN_FN void roln_ae_reduce(const roln_ae *ae, int nb, const roln_real *theta, c
 ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *theta, const roln_real *z, const roln_real *tau,
                                 const roln_real *y, roln_real *gz, roln_real *gtau, roln_real *gtheta, roln_real *work)
 {
-    const int N = ae->size[0], n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = roln_ae_width(ae, 1), ae_sum = roln_ae_sum(ae);
     const int monomials = ae->monomials;
     const roln_real *g;
     int i;
@@ -632,7 +626,7 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
         gtau[i] += jet[nb * N + i];
     rolni_zero(nb * N, jet);
     rolni_copy(nb * N, tau, jet + nb * N);
-    g = rolni_decode_back(ae, 2, nb, theta, tape, jet, gtheta, work);
+    g = rolni_decode_bwd(ae, 2, nb, theta, tape, jet, gtheta, work);
     for (i = 0; gz && i < nb * n; i++)
         gz[i] += g[i];
 }
@@ -650,7 +644,7 @@ ROLN_FN void roln_ae_reduce_jac(const roln_ae *ae, const roln_real *theta, const
                                 roln_real *H, roln_real *work)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
-    const int n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), ae_sum = roln_ae_sum(ae);
+    const int n = ae->size[ae->layers], N1 = roln_ae_width(ae, 1), N2 = roln_ae_width(ae, 2), ae_sum = roln_ae_sum(ae);
     const int monomials = ae->monomials, L = ae->layers;
     const roln_real *from = tau;
     roln_real *u, *to;
@@ -721,7 +715,7 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
                           roln_real *tau, roln_real *work)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
-    const int L = ae->layers, N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2);
+    const int L = ae->layers, N1 = roln_ae_width(ae, 1), N2 = roln_ae_width(ae, 2);
     const roln_real *th = theta + rolni_ae_layers(ae), *a = lift_tape + nb * roln_ae_sum(ae);
     int l, i;
     ROLNI_AE_LIFT_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
@@ -755,7 +749,7 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
 #define ROLN_AE_INIT_WORK(S) (0 ROLNI_AE_INIT_MEM(ROLNI_SIZE, S))
 ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *seed, roln_real *work)
 {
-    const int N1 = roln_ae_size(ae, 1);
+    const int N1 = roln_ae_width(ae, 1);
     int l, i, j;
     ROLNI_AE_INIT_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
@@ -841,8 +835,8 @@ ROLN_FN void rolni_stretch(int N, int n, int F, const roln_real *z_min, const ro
     rolni_zero(F * N, b + N);
 }
 
-/* The range of the first nz principal coordinates, eigenvectors Q, over the samples: range [2][nz], lows and highs, behind the
-   activations of the layers but the last. ROLN_E_ILL_CONDITIONED: one of them is as narrow as the rounding of another. x1 [N]:
+/* The range of the first nz principal coordinates, eigenvectors V [nz][N], over the samples: range [2][nz], lows and highs, behind
+   the activations of the layers but the last. ROLN_E_ILL_CONDITIONED: one of them is as narrow as the rounding of another. x1 [N]:
    scratch. */
 ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
                                     const roln_real *V, const roln_real *mean, roln_real *x1, roln_real *range)
@@ -1445,9 +1439,9 @@ ROLN_FN roln_status rolni_quantise_encoder(const roln_storage *storage, int N, i
 
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
    untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
-   z_min < z_max, or a weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or
-   rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_QUANTISE_WORK]: out is theta to be, and the outermost
-   layer or a bent one takes the most. */
+   z_min < z_max, or a weight that no half can hold; ROLN_E_SHAPE: ae has full weights; ROLN_E_ILL_CONDITIONED: what is left of the
+   weights has no left inverse, or rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_QUANTISE_WORK]: out is
+   theta to be, and the outermost layer or a bent one takes the most. */
 #define ROLNI_AE_QUANTISE_MEM(X, S) X(out, S(ae_size))
 #define ROLN_AE_QUANTISE_WORK(S) \
     (S(N1) > 0 ? 0 ROLNI_AE_QUANTISE_MEM(ROLNI_SIZE, S) + \
@@ -1463,6 +1457,7 @@ ROLN_FN roln_status roln_ae_quantise(const roln_ae *ae, const float *full, const
     roln_status st = ROLN_OK;
     int at = rolni_ae_layers(ae), l, i;
     ROLNI_AE_QUANTISE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (ae->storage == ROLN_FULL) return ROLN_E_SHAPE;
     if (!roln_all_finite(nz, z_min) || !roln_all_finite(nz, z_max)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < nz; i++)
         if (!(z_min[i] < z_max[i])) return ROLN_E_RANGE;
@@ -1900,7 +1895,7 @@ ROLN_FN void roln_chart_grad(const roln_ae *ae, const roln_real *theta, int nb, 
         e[i] -= in[i];
         *sum += ROLNI_AS(double, e[i]) * ROLNI_AS(double, e[i]);
     }
-    ae->bend->back(ae, 1, nb, layer, s, e, NULL, gz, work);
+    ae->bend->bwd(ae, 1, nb, layer, s, e, NULL, gz, work);
     for (i = 0; i < nb * n; i++)
         gz[i] *= 2;
     roln_mm_at(n, nb, bent, gz, in, gpsi);

@@ -6,7 +6,7 @@
    d may also have quadratic drag W (|y| o y), y = W^T zd, and another law of friction (section 4). u, V, L and W are multilayer
    perceptrons or polynomials of z, or of cos z_j and sin z_j where z_j is an angle. U is the symmetric matrix filled from u, exp_P
    the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may
-   follow; or M = B B^T + eps I takes its place. B, filled from u, is a triangle (Cholesky, as in DeLaN), or n rows of n or more
+   follow; or M = L L^T + floor I takes its place. L, filled from u, is a triangle (Cholesky, as in DeLaN), or n rows of n or more
    numbers (squares). C comes from the Christoffel symbols of M:
 
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
@@ -19,7 +19,8 @@
    2 shape and layout    sizes, where the parts of theta lie, the tape
    3 mass matrix         from u to M and back, row by row
    4 mechanics           one sweep forward, one back; forward and inverse dynamics, terms
-   5 integrators         explicit Euler, Runge-Kutta, variational midpoint; steps with stiction; the start from two positions
+   5 integrators         explicit Euler, Runge-Kutta, variational midpoint, leapfrog; steps with stiction; the start from two
+                         positions
 
    Samples come in blocks of nb rows, state s = [z; zd] as [2][nb][n]. Forward functions fill a tape; backward functions
    read the tape, add to their outputs and skip those that are NULL. Complete without roln.h. */
@@ -90,7 +91,7 @@ ROLN_FN void rolni_mlp_polynomials(const roln_mlp *f, int value, int planes, int
 /* Backward of the polynomials y [F] of one sample. Adds to gx [n] the cotangent of the inputs. gy [F]: cotangent of y; NULL: 0.
    yt [F] = Dy[x] are the derivatives along a direction x, and x is their first n numbers; NULL: no direction. gyt [F]: cotangent of
    yt. Adds to gxt [n] the cotangent of x, unless gxt is NULL. work [2 F], with a direction [4 F]. */
-ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
+ROLN_FN void rolni_mlp_polynomials_bwd(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
                                     const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
 {
     const int n = f->size[0], F = f->size[1];
@@ -186,7 +187,7 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real
             const int in = f->size[0];
             for (r = 0; r < nb && gx; r++)
                 for (t = planes > 1; t < ROLN_MAX(planes, 1); t++)
-                    rolni_polynomials_back(f, slope + r * ni, t > 1 ? NULL : gn + r * ni,
+                    rolni_mlp_polynomials_bwd(f, slope + r * ni, t > 1 ? NULL : gn + r * ni,
                                            t > 0 ? rolni_plane_input(f, plane + t, 1, nb, 0) + r * ni : NULL,
                                            gn + (t * nb + r) * ni, gx + r * in, t > 0 ? gx + (t * nb + r) * in : NULL,
                                            work + rows * (in + ni));
@@ -224,7 +225,7 @@ ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln
         roln_mm(nb, f->size[2], F, gy, theta, ga);
         rolni_zero(nb * n, gx);
         for (i = 0; i < nb; i++)
-            rolni_polynomials_back(f, slope + i * F, ga + i * F, NULL, NULL, gx + i * n, NULL, work);
+            rolni_mlp_polynomials_bwd(f, slope + i * F, ga + i * F, NULL, NULL, gx + i * n, NULL, work);
         return;
     }
     for (l = f->layers - 1; l >= 0; l--) {
@@ -266,7 +267,7 @@ ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real
         for (i = 0; i < n; i++)
             yj[i] = x ? x[j * n + i] : ROLNI_AS(roln_real, i == j), h[i] = 0;
         rolni_polynomials_along(n, f->degree, slope, slope + n, yj, yj + n);
-        rolni_polynomials_back(f, slope, NULL, yj, rolni_plane_input(f, ga, 1, 1, 0), h, NULL, work);
+        rolni_mlp_polynomials_bwd(f, slope, NULL, yj, rolni_plane_input(f, ga, 1, 1, 0), h, NULL, work);
         for (k = 0; k <= j; k++) {
             const roln_real s = x ? roln_dot(n, h, x + k * n) : h[k];
             H[j * m + k] += s;
@@ -630,7 +631,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
 /* The tape of a block. dirs: directions in z that it holds: 1 (zd), or 2 in roln_lnn_inverse with a velocity w (w, zd).
    keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
 #define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
-    X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
+    X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_net_input */ \
     X(u, (1 + (dirs)) * (nb) * S(outputs))                         /* [1+dirs][nb][outputs] mass network, along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
     X(L, (nb) * S(damper))                                         /* [nb][outputs]     damper */ \
@@ -732,9 +733,8 @@ ROLN_FN void rolni_tri_bwd(int n, roln_real diag, roln_real low, const roln_real
 /* Y = Q^T X Q. work [n][n]. */
 ROLN_FN void rolni_congr_t_set(int n, const roln_real *Q, const roln_real *X, roln_real *Y, roln_real *work)
 {
-    roln_mm(n, n, n, X, Q, work);
     rolni_zero(n * n, Y);
-    roln_mm_at(n, n, n, Q, work, Y);
+    roln_congr_t(n, Q, X, Y, work);
 }
 
 /* Y = X + X^T. */
@@ -1254,7 +1254,7 @@ ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const r
 /* ---- 4 mechanics ------------------------------------------------------------------------------ */
 
 /* What the networks see of x on a tape: [1+dirs][nb][cossin] behind x, or without angles x itself. */
-ROLNI_INLINE roln_real *rolni_into(const roln_lnn *f, int dirs, int nb, const rolni_tape *t)
+ROLNI_INLINE roln_real *rolni_net_input(const roln_lnn *f, int dirs, int nb, const rolni_tape *t)
 {
     return f->angles ? t->x + (1 + dirs) * nb * f->n : t->x;
 }
@@ -1320,14 +1320,17 @@ ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int se
                       potential ? t->potential_slope : t->mass_slope, gy, ga, g, more);
     if (!f->angles) return;
     rolni_zero(nb * f->n, gz);
-    rolni_see_bwd(f, 0, nb, rolni_into(f, dirs, nb, t), NULL, g, gz);
+    rolni_see_bwd(f, 0, nb, rolni_net_input(f, dirs, nb, t), NULL, g, gz);
 }
 
-/* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w; also, with keep, what
-   derivatives of second order need, in place of what a backward to theta needs (rolni_below). With friction 2, d has friction only
-   with g. */
-enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
-#define ROLNI_LOSS(friction) ((friction) > 1 ? ROLNI_GRADIENT : ROLNI_MASS) /* the least with all of d */
+/* How much is wanted of a sweep at s = [z; zd]. Each has what is above it, too. */
+enum {
+    ROLNI_MASS,     /* networks, mass matrix, d; with friction 2 the friction is missing in d */
+    ROLNI_GRADIENT, /* kin, g */
+    ROLNI_CORIOLIS, /* DM[zd] w */
+    ROLNI_SECOND    /* with keep, what derivatives of second order need, in place of what a backward to theta needs (rolni_below) */
+};
+#define ROLNI_ALL_OF_D(friction) ((friction) > 1 ? ROLNI_GRADIENT : ROLNI_MASS) /* the least with all of d */
 
 /* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
    the tape or, without keep, in the first nb planes_1 numbers of work, where t->mass_slope then points. */
@@ -1338,7 +1341,7 @@ ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const
                             roln_real *work)
 {
     const int hidden = nb * rolni_hidden(f), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
-    const roln_real *potential = theta + rolni_potential_at(f), *y = rolni_into(f, dirs, nb, t);
+    const roln_real *potential = theta + rolni_potential_at(f), *y = rolni_net_input(f, dirs, nb, t);
     roln_real *rest = keep ? work : work + hidden;
     int r;
     if (!keep) {
@@ -1511,7 +1514,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
     const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, outputs = rolni_outputs(f);
     const int dirs = w ? 2 : 1;
     rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
-    roln_real *rest, *y = rolni_into(f, dirs, nb, &t);
+    roln_real *rest, *y = rolni_net_input(f, dirs, nb, &t);
     rolni_pair pair;
     rolni_row row;
     roln_status st;
@@ -1541,7 +1544,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * outputs, 0, NULL, work);
             rolni_damping(f, &t, r, work);
-            if (f->friction > 0 && wanted >= ROLNI_LOSS(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
+            if (f->friction > 0 && wanted >= ROLNI_ALL_OF_D(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
@@ -1599,7 +1602,7 @@ ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta
         for (i = 0; i < n; i++)
             gzd[r * n + i] -= y[i];
     }
-    plane.x = rolni_into(f, 1, nb, t), plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
+    plane.x = rolni_net_input(f, 1, nb, t), plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
     roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gy, gtheta ? gtheta + at : NULL, work);
 }
 
@@ -1645,7 +1648,7 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
     roln_mlp_forward(&f->potential_net, 0, 1, nb, theta + at, a, gv, t->potential_slope, out);
     for (i = 0; i < 2 * nb; i++) /* DV[a] itself is not needed */
         gv[i] = i < nb ? 0 : -1;
-    plane[0].x = rolni_into(f, 1, nb, t), plane[0].out = t->potential_out, plane[1].x = a, plane[1].out = out;
+    plane[0].x = rolni_net_input(f, 1, nb, t), plane[0].out = t->potential_out, plane[1].x = a, plane[1].out = out;
     plane[0].planes = plane[1].planes = 1, plane[0].at = plane[1].at = 0;
     roln_mlp_bwd(&f->potential_net, 2, nb, theta + at, plane, t->potential_slope, gv, gy, gtheta ? gtheta + at : NULL, work);
 }
@@ -1661,7 +1664,7 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
     const int k = of->k, hidden = roln_mlp_hidden(&f->mass_net), outputs = rolni_outputs(f), stride = nb * outputs;
-    const roln_real *y = rolni_into(f, 1, nb, t);
+    const roln_real *y = rolni_net_input(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
     int r, p;
@@ -1703,15 +1706,15 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
     rolni_zero((1 + k) * nb * n, gx);
     g = f->angles ? gy : gx;
     if (f->angles) rolni_zero((1 + k) * nb * cossin, gy);
-    if (f->angles && k > 0) rolni_see_along(f, nb, rolni_into(f, 1, nb, &t), of->a, ya), a = ya;
+    if (f->angles && k > 0) rolni_see_along(f, nb, rolni_net_input(f, 1, nb, &t), of->a, ya), a = ya;
     rolni_mass_bwd(f, nb, theta, &t, of, a, g, gtheta, work);
     if (k > 0 && friction > 1) { /* from here on a is the cotangent of g, which is another than that of the mass */
         for (i = 0; i < nb; i++)
             rolni_load_bwd(n, law, &t, i, of->a + i * n, load + i * n);
         if (f->angles) {
-            rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
+            rolni_see_bwd(f, k, nb, rolni_net_input(f, 1, nb, &t), along, gy, gx);
             rolni_zero((1 + k) * nb * cossin, gy);
-            rolni_see_along(f, nb, rolni_into(f, 1, nb, &t), load, ya);
+            rolni_see_along(f, nb, rolni_net_input(f, 1, nb, &t), load, ya);
         }
         along[0] = load, a = f->angles ? ya : load;
     }
@@ -1719,7 +1722,7 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
     if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, g, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
     if (k > 0 && f->friction > 0)
         rolni_friction_bwd(f, nb, law, &t, of->a, k == 2 ? gx + 2 * nb * n : gzd, gtheta ? gtheta + rolni_friction_at(f) : NULL);
-    if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
+    if (f->angles) rolni_see_bwd(f, k, nb, rolni_net_input(f, 1, nb, &t), along, gy, gx);
     if (gtheta) {
         rolni_unseen_bwd(&f->mass_net, theta, gtheta);
         if (k > 0) rolni_unseen_bwd(&f->potential_net, theta + rolni_potential_at(f), gtheta + rolni_potential_at(f));
@@ -1748,8 +1751,8 @@ ROLN_FN void rolni_prescribe(const roln_lnn *f, const rolni_tape *t, int r, cons
 
 /* Forward dynamics zdd = M^-1 (tau_z - c - g - d). With driven coordinates p, free ones f: tau_z of p is their acceleration,
        zdd_p = tau_z,p,   M_ff zdd_f = (tau_z - c - g - d)_f - M_fp zdd_p.
-   theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the
-   tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, 2 if roln_lnn_zdd_jac, which is 1 in sizes, else 0.
+   theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, 2 if
+   roln_lnn_zdd_jac, else 0; in sizes 2 counts as 1.
    tape [ROLN_LNN_TAPE(S, 1, keep, nb)]. Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is
    written only on ROLN_OK. */
 #define ROLN_LNN_ZDD_WORK(S, keep, nb) ROLNI_EVAL_WORK(S, 1, keep, ROLNI_CORIOLIS, nb) /* 2 n and more */
@@ -1818,11 +1821,11 @@ ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta,
 
    The directions as the networks see them, x [n][inputs], without angles unit vectors; with k = 2 behind them those of second
    order, along zd and each of them. */
-#define ROLNI_INPUTS(S) ROLN_MAX(S(n), S(cossin))
+#define ROLNI_NET_INPUTS(S) ROLN_MAX(S(n), S(cossin))
 ROLN_FN void rolni_see_all(const roln_lnn *f, int k, const rolni_tape *t, roln_real *x)
 {
     const int n = f->n, in = f->mass_net.size[0];
-    const roln_real *y = rolni_into(f, 1, 1, t);
+    const roln_real *y = rolni_net_input(f, 1, 1, t);
     int i, j = n;
     rolni_zero(k * n * in, x);
     for (i = 0; i < n; i++) {
@@ -1840,14 +1843,14 @@ ROLN_FN void rolni_see_all(const roln_lnn *f, int k, const rolni_tape *t, roln_r
 /* Adds to H [n][n] the second derivatives by z of gy^T y, y the potential (gy = 1) or the outputs of the mass network (gy those of
    kin, fixed), on a tape filled with ROLNI_SECOND. u: derivatives of the outputs along x, [k][n][out], NULL: not wanted. */
 #define ROLNI_CURVATURE_WORK(S, k) \
-    (S(polynomials) ? ROLN_MAX(ROLN_POLYNOMIALS_HESSIAN_WORK(k, ROLNI_INPUTS(S), S(hidden)), \
-                               ROLN_POLYNOMIALS_HESSIAN_WORK(1, ROLNI_INPUTS(S), S(hidden_v))) \
+    (S(polynomials) ? ROLN_MAX(ROLN_POLYNOMIALS_HESSIAN_WORK(k, ROLNI_NET_INPUTS(S), S(hidden)), \
+                               ROLN_POLYNOMIALS_HESSIAN_WORK(1, ROLNI_NET_INPUTS(S), S(hidden_v))) \
                     : ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)))
 ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln_real *theta, const rolni_tape *t,
                              const roln_real *x, roln_real *u, roln_real *H, roln_real *work)
 {
     const roln_mlp *const net = potential ? &f->potential_net : &f->mass_net;
-    const roln_real *W = theta + (potential ? rolni_potential_at(f) : 0), *y = rolni_into(f, 1, 1, t);
+    const roln_real *W = theta + (potential ? rolni_potential_at(f) : 0), *y = rolni_net_input(f, 1, 1, t);
     const roln_mlp_plane ga = {NULL, potential ? t->potential_out : t->mass_out, potential ? 1 : 2, 0};
     const roln_mlp_plane along = {NULL, t->mass_out, 2, 1};
     const int n = f->n, h = net->size[1];
@@ -1856,7 +1859,8 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
     roln_mlp_hessian(net, n, W, potential ? t->potential_slope : t->mass_slope, &ga, k > 1 ? &along : NULL, x, u, H, work);
     if (net->degree > 0 && f->angles) { /* g: the cotangents of what it sees */
         rolni_zero(net->size[0], g);
-        rolni_polynomials_back(net, potential ? t->potential_slope : t->mass_slope, ga.out, NULL, NULL, g, NULL, g + net->size[0]);
+        rolni_mlp_polynomials_bwd(net, potential ? t->potential_slope : t->mass_slope, ga.out, NULL, NULL, g, NULL,
+                                  g + net->size[0]);
     }
     for (i = 0; f->angles && i < n; i++) { /* cos'' = -cos, sin'' = -sin */
         if (!roln_lnn_angle(f, i)) continue;
@@ -2120,7 +2124,7 @@ ROLN_FN void rolni_drag_jac(int n, const roln_real *zd, const roln_real *W, int 
 
 /* D -= derivatives of d = L L^T zd, of drag and of friction at fixed g. */
 #define ROLNI_DISSIPATION_JAC_MEM(X, S) \
-    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * S(damper)) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) \
+    X(x, S(n) * ROLNI_NET_INPUTS(S)) X(u, S(n) * S(damper)) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) \
     X(Lj, S(n) * S(n)) X(y, S(n)) X(yj, S(n)) X(d, 2 * S(n))
 #define ROLNI_DISSIPATION_JAC_WORK(S) ROLN_MAX((S(damping) > 0) * (0 ROLNI_DISSIPATION_JAC_MEM(ROLNI_SIZE, S)), 2 * S(n))
 ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
@@ -2264,7 +2268,7 @@ ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta,
                                       roln_real *tape, roln_real *work)
 {
     const int n = f->n, nn = n * n;
-    const int wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : out->d ? ROLNI_LOSS(f->friction) : ROLNI_MASS;
+    const int wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : out->d ? ROLNI_ALL_OF_D(f->friction) : ROLNI_MASS;
     const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
     const roln_status st = rolni_eval(f, 0, 1, theta, s, NULL, wanted, tape, work);
     const roln_real *mass = t.M;
@@ -2297,11 +2301,13 @@ ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta,
 
 /* ---- 5 integrators ---------------------------------------------------------------------------- */
 
-/* Explicit Euler (the paper's), the classical Runge-Kutta method of order 4, the variational midpoint rule: the implicit midpoint
-   rule in (z, p = M zd), which preserves dz ^ dp; and leapfrog: half a step of z, one of zd, half a step of z, with one evaluation,
-       zd+ = zd + h zdd(z + h/2 zd, zd),   z+ = z + h/2 (zd + zd+)
-   of order 2 in what forces depend on z, of order 1 in what they depend on zd. */
-enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3, ROLN_LEAPFROG = 4 };
+enum {
+    ROLN_EULER = 1,    /* explicit, the paper's; order 1 */
+    ROLN_RK4 = 2,      /* the classical Runge-Kutta method; order 4 */
+    ROLN_MIDPOINT = 3, /* the implicit midpoint rule in (z, p = M zd). It is variational: dz ^ dp is preserved. Order 2 */
+    ROLN_LEAPFROG = 4  /* zd+ = zd + h zdd(z + h/2 zd, zd), z+ = z + h/2 (zd + zd+), one evaluation. Order 2 in what forces depend
+                          on z, order 1 in what they depend on zd */
+};
 
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
@@ -2316,8 +2322,8 @@ typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
     void (*jac)(void *ctx, const roln_real *z, roln_real *H, roln_real *G);
-    void *ctx;
     void (*jac_zd)(void *ctx, const roln_real *z, roln_real *H);
+    void *ctx;
 } roln_force;
 
 /* What moves: a Lagrangian network with its weights, under a force. The shape f stays an argument of its own, so that a compiler
@@ -2617,7 +2623,7 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 
 /* N [n][n]: row j = DM[e_j] x, on a tape of one state with keep. */
 #define ROLNI_MOMENTUM_JAC_MEM(X, S) \
-    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * S(outputs)) X(out, S(n) * S(hidden))
+    X(in, S(n) * ROLNI_NET_INPUTS(S)) X(u, S(n) * S(outputs)) X(out, S(n) * S(hidden))
 #define ROLNI_MOMENTUM_JAC_WORK(S) (0 ROLNI_MOMENTUM_JAC_MEM(ROLNI_SIZE, S) + S(row_dm))
 ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
                                 roln_real *work)

@@ -12,8 +12,8 @@
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
    examples in tests/unit/manifolds.h). Nothing here changes. Each manifold says how it carries a tangent to another point.
-   roln.h trains Euclidean, biorthogonal and SPD blocks with roln_adam_update, and finds encoders on Stiefel ones with
-   roln_lbfgs_step; the manifolds by themselves serve programs without it. */
+   roln.h trains Euclidean, biorthogonal and SPD blocks with roln_adam_update or roln_newton_step, and finds encoders on Stiefel
+   ones with roln_lbfgs_step; the manifolds by themselves serve programs without it. */
 
 #ifndef ROLN_RIEM_H
 #define ROLN_RIEM_H
@@ -37,13 +37,6 @@ typedef struct {
        failure: the step is too long. */
     roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
 } roln_manifold;
-
-/* Linkage of the manifolds of this header: no warning where one is not used. */
-#if ROLNI_GNU
-#define ROLNI_MANIFOLD static const __attribute__((__unused__)) roln_manifold
-#else
-#define ROLNI_MANIFOLD static const roln_manifold
-#endif
 
 #define ROLN_EUCLIDEAN NULL /* the manifold of rows x cols free numbers, each with moments of its own */
 #define ROLN_GROUPS 3       /* learning-rate groups */
@@ -104,7 +97,7 @@ ROLN_FN roln_status rolni_reach(const roln_block *b, roln_real f, const roln_rea
    Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
    in u passes through.
    work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
-   Cost 18 n^3 + 4 count n^2 N. */
+   Cost: (2 + 4 count) n^2 N + (18 + 4 count) n^3 multiply-adds. */
 #define ROLN_BIORTH_PROJECT_MEM(X, n) X(Ua, (n) * (n)) X(Ub, (n) * (n)) X(C, (n) * (n)) X(ra, n) X(rb, n)
 #define ROLNI_PROJECT_MEM(X, n) X(D, (n) * (n)) /* in the room of roln_eig */
 #define ROLN_BIORTH_PROJECT_WORK(n) \
@@ -209,7 +202,8 @@ ROLN_FN roln_status rolni_biorth_retract(int rows, int cols, const roln_real *x,
     return end <= 1 || end < rolni_biorth_outside(n, N, x, 0) ? ROLN_OK : ROLN_E_RANGE;
 }
 
-ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, rolni_biorth_retract};
+ROLNI_TABLE roln_manifold roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL,
+                                               rolni_biorth_retract};
 
 /* ---- 3 SPD ------------------------------------------------------------------------------------ */
 
@@ -281,7 +275,7 @@ ROLN_FN roln_real rolni_spd_outside(int n, const roln_real *X, const roln_real *
     int i;
     for (i = 0; i < n; i++)
         trace += X[i * (n + 1)];
-    rolni_spd_inv(n, L, R);
+    rolni_lower_inv(n, L, R);
     inverse = roln_dot(n * n, R, R);
     return ROLN_MAX(64 * ROLN_EPS * trace * inverse, ROLN_MAX(trace, inverse) / ROLN_SPD_TRACE);
 }
@@ -327,7 +321,7 @@ ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, co
     return ROLN_OK;
 }
 
-ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
+ROLNI_TABLE roln_manifold roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
 
 /* ---- 4 Stiefel -------------------------------------------------------------------------------- */
 
@@ -431,7 +425,8 @@ ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x
     return ROLN_OK;
 }
 
-ROLNI_MANIFOLD roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL, roln_stiefel_retract};
+ROLNI_TABLE roln_manifold roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL,
+                                          roln_stiefel_retract};
 
 /* ---- 5 optimisers ----------------------------------------------------------------------------- */
 
@@ -456,7 +451,7 @@ typedef struct {
 /* What Adam carries beside them. Zero-initialised: a fresh start. Copy it with the moments to resume, bit for bit. */
 typedef struct {
     uint32_t t;       /* updates done */
-    roln_real b1, b2; /* 1 - beta1^t, 1 - beta2^t */
+    roln_real unbias1, unbias2; /* 1 - beta1^t, 1 - beta2^t */
 } roln_adam;
 
 /* Learning-rate factor at step t of total: rises linearly over warmup steps, then falls smoothly (cubic) from 1 to last. */
@@ -544,7 +539,7 @@ ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_factor *p, 
         const roln_real g = r->scale * p->grad[i] + o->decay * p->x[i];
         const roln_real m = o->beta1 * p->mom.m[i] + (1 - o->beta1) * g, v = o->beta2 * p->mom.v[i] + (1 - o->beta2) * (g * g);
         const roln_real v_max = v > p->mom.v_max[i] ? v : p->mom.v_max[i];
-        const roln_real x = p->x[i] - p->lr * (m / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps);
+        const roln_real x = p->x[i] - p->lr * (m / r->adam.unbias1) / (ROLN_SQRT(v_max / r->adam.unbias2) + o->eps);
         if (write) p->x[i] = x, p->mom.m[i] = m, p->mom.v[i] = v, p->mom.v_max[i] = v_max;
         else if (!roln_finite(x) || !roln_finite(v_max)) return ROLN_E_NOT_FINITE;
     }
@@ -577,14 +572,15 @@ ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p
         m[i] = o->beta1 * m[i] + (1 - o->beta1) * g[i];
     keep[2 * size] = v;
     keep[2 * size + 1] = v_max;
-    st = rolni_reach(p->block, -(p->lr / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps), p->x, m, keep, work);
+    st = rolni_reach(p->block, -(p->lr / r->adam.unbias1) / (ROLN_SQRT(v_max / r->adam.unbias2) + o->eps), p->x, m, keep, work);
     if (st != ROLN_OK) return st;
     return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Riemannian Adam with AMSGrad (Becigneul and Ganea 2019) on the product of the blocks:
-       g = scale grad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
-       v_max = max(v, v_max);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(v_max / (1-b2^t)) + eps));  m carried to x when next used.
+       g = scale grad (clipped) + decay x, made Riemannian
+       m = beta1 m + (1 - beta1) g,   v = beta2 v + (1 - beta2) <g,g>,   v_max = max(v, v_max)
+       x = R_x(-lr (m / (1 - beta1^t)) / (sqrt(v_max / (1 - beta2^t)) + eps)),   m carried to x when next used
    Where R_x does not take that step, a shorter one or none is made (rolni_reach).
    theta and grad share the layout of the table. scale: usually 1 / number of samples that were added to grad.
    work [roln_update_work]. ROLN_E_NOT_FINITE: a gradient, a setting or an output is not, or lr is negative; status of the verbs.
@@ -603,8 +599,8 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
         if (!roln_finite(opt->lr[b]) || opt->lr[b] < 0) return ROLN_E_NOT_FINITE;
     r.opt = opt, r.scale = opt->clip > 0 && norm > opt->clip ? scale * (opt->clip / norm) : scale;
     r.adam.t = state->t + 1;
-    r.adam.b1 = 1 - opt->beta1 * (1 - state->b1);
-    r.adam.b2 = 1 - opt->beta2 * (1 - state->b2);
+    r.adam.unbias1 = 1 - opt->beta1 * (1 - state->unbias1);
+    r.adam.unbias2 = 1 - opt->beta2 * (1 - state->unbias2);
     for (write = 0; write < 2; write++) {
         rolni_factor p;
         p.grad = grad, p.x = theta, p.keep = work, p.mom = *moments;
@@ -1264,7 +1260,7 @@ ROLN_FN int roln_newton_accept(int R, const roln_real *r, const roln_real *weigh
 }
 
 /* Call it if all tries were refused and new rows follow: the refused rows may have been unusual. before: lambda before the tries.
-   Added damping is cut to 4 times that, and to 1 if `before` is less; damping that was removed stays removed. */
+   lambda becomes at most 4 `before`, and at most 1, but never less than `before`; a lambda that is smaller stays. */
 ROLN_FN void roln_newton_give_up(roln_real before, roln_newton *state)
 {
     state->lambda = ROLN_MIN(state->lambda, ROLN_MAX(before, ROLN_MIN(4 * before, 1)));
@@ -1322,7 +1318,7 @@ ROLN_FN void rolni_lbfgs_direction(int m, int P, const roln_lbfgs *state, const 
 
 /* Where a step ends. */
 typedef struct {
-    roln_real *gn, *step, *d, *u, *next, *a;
+    roln_real *gn, *d, *u, *next, *a;
     roln_real length, value; /* of d, at next */
 } rolni_search;
 
@@ -1370,7 +1366,7 @@ ROLN_FN roln_status roln_lbfgs_step(int blocks, const roln_block *table, int m, 
 {
     const int P = roln_product_size(blocks, table);
     roln_real *g = keep, *pair = keep + P, sy;
-    rolni_search to = {NULL, NULL, NULL, NULL, NULL, NULL, 0, 0};
+    rolni_search to = {NULL, NULL, NULL, NULL, NULL, 0, 0};
     roln_status st;
     int i, k;
     ROLN_LBFGS_MEM(ROLNI_CARVE, m, P)

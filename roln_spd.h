@@ -15,7 +15,8 @@
    change with every version, and is promised to nobody else.
    Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work.
    Work is the caller's memory, in units of roln_real, its size given by the macro above the function.
-   Nothing here allocates, recurses, prints or keeps state; sqrt is the only function from outside. */
+   Nothing here allocates, recurses, prints or keeps state. Functions from outside: sqrt, fabs (an instruction, unless
+   -fno-builtin forbids it), memcpy, memmove, memset. */
 
 #ifndef ROLN_SPD_H
 #define ROLN_SPD_H
@@ -89,9 +90,17 @@ typedef uint32_t roln_bits;
 #define ROLNI_COPY memcpy
 #endif
 
+/* Linkage of constant tables: no warning where one is not used. */
+#if ROLNI_GNU
+#define ROLNI_TABLE static const __attribute__((__unused__))
+#else
+#define ROLNI_TABLE static const
+#endif
+
 /* 1: kernels for the float vectors of Arm Helium (MVE). These vectors take denormal numbers for 0, whatever FPSCR says, and
    raise a flag of FPSCR: IDC for an operand, UFC for a result. A kernel that finds a flag leaves its numbers to the plain C
-   behind it. So the bits are those of plain C. The flags are cleared on the way. ROLN_SIMD 0 leaves these kernels out. */
+   behind it. So the bits are those of plain C. The flags are cleared on the way. Defining ROLN_SIMD, as 0 or 1, leaves these
+   kernels out. */
 #if ROLNI_GNU && defined(__ARM_FEATURE_MVE) && __ARM_FEATURE_MVE & 2 && !defined(ROLN_DOUBLE) && !defined(ROLN_SIMD)
 #define ROLNI_MVE 1
 #include <arm_mve.h>
@@ -635,7 +644,7 @@ ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln
         rolni_softplus(y[i], &y[i], &s[i]);
 }
 
-/* y = softplus(a), s = sigmoid(a), n elements, bit for bit as the two functions above. y may be a; no other overlap. */
+/* y = softplus(a), s = sigmoid(a), n elements, bit for bit as roln_softplus and roln_sigmoid. y may be a; no other overlap. */
 ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real *s)
 {
     if (y != a && n > 0) rolni_copy(n, a, y);
@@ -1482,7 +1491,7 @@ ROLNI_INLINE roln_status rolni_chol_small(int n, const roln_real *A, roln_real *
 }
 
 /* Lower Cholesky factor, A = L L^T: A [n][n] symmetric (lower triangle read), L [n][n], zero above the diagonal.
-   L may be A. ROLN_E_NOT_SPD if a pivot is not positive or not finite; then L holds no result. n^3/3 flops.
+   L may be A. ROLN_E_NOT_SPD if a pivot is not positive or not finite; then L holds no result. n^3/6 multiply-adds.
    |L L^T - A|_ij <= (n + 2) eps/2 sqrt(A_ii A_jj); and no A is refused that, scaled to a diagonal of 1, has no eigenvalue below
    n (n + 2) eps/2 (Demmel 1989; spd_million.c: check_solve). */
 ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
@@ -1550,7 +1559,7 @@ ROLN_FN void roln_solve_lower_t(int n, const roln_real *L, const roln_real *b, r
         rolni_solve_lower_t_row(n, i, L, x);
 }
 
-/* Inverse X of a general A [n][n] by Gauss-Jordan elimination with row pivoting. X may not be A. 2 n^3 flops.
+/* Inverse X of a general A [n][n] by Gauss-Jordan elimination with row pivoting. X may not be A. 2 n^3 multiply-adds.
    ROLN_E_ILL_CONDITIONED if |A|_1 |X|_1 > 1 / (64 n eps) or a pivot vanishes (NaN and infinity end there too);
    then X holds no result. Of symmetric A within n eps |A|_1 |X|_1 max|X| (spd_million.c: check_solve). */
 #define ROLN_INV_MEM(X, n) X(W, (n) * (n))
@@ -1593,13 +1602,10 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
     return na * nx * (64 * ROLNI_AS(roln_real, n) * ROLN_EPS) < 1 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
 }
 
-/* X [rows][n] becomes the upper triangular R of X = U R, U^T U = I, and zeros below: R^T R = X^T X (Householder). Step k swaps the
-   row to the top whose number in column k is the largest, unless the number at the top is at least a quarter of it (Powell and Reid
-   1969; Cox and Higham 1998). The rounding errors of a row are then in proportion to that row, so light rows survive beside heavy
-   ones (test_riccati.c: test_rows). Scales of columns do not matter. 2 rows n^2 multiply-adds. */
+/* Step k of roln_qr_r: swaps rows, and reflects those from k on so that column k is 0 below its diagonal. */
 #define ROLN_QR_R_MEM(X, rows, n) X(v, rows) X(w, n)
 #define ROLN_QR_R_WORK(rows, n) (0 ROLN_QR_R_MEM(ROLNI_SIZE, rows, n))
-ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work) /* step k */
+ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work)
 {
     roln_real *const from = X + k * n, *heavy = from, top = 0, s;
     const int m = rows - k;
@@ -1630,6 +1636,10 @@ ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work
     from[k] = s * top;
 }
 
+/* X [rows][n] becomes the upper triangular R of X = U R, U^T U = I, and zeros below: R^T R = X^T X (Householder). Step k swaps the
+   row to the top whose number in column k is the largest, unless the number at the top is at least a quarter of it (Powell and Reid
+   1969; Cox and Higham 1998). The rounding errors of a row are then in proportion to that row, so light rows survive beside heavy
+   ones (test_riccati.c: test_rows). Scales of columns do not matter. work [ROLN_QR_R_WORK]. 2 rows n^2 multiply-adds. */
 ROLN_FN void roln_qr_r(int rows, int n, roln_real *X, roln_real *work)
 {
     int k;
@@ -1945,7 +1955,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
        backward, Z = V gY V^T:             gX += W^T (K o Z) W,   gP += W^T (H o Z) W
    P = I: V = W = Q, and the derivative is its own adjoint. No eigenvector is differentiated: equal eigenvalues are no exception. */
 
-/* Y = Q X Q^T, all [n][n]. work may not overlap, nor Y with Q or work; Y may be X. 4 n^3 flops. */
+/* Y = Q X Q^T, all [n][n]. work may not overlap, nor Y with Q or work; Y may be X. 2 n^3 multiply-adds. */
 #define ROLN_CONGR_WORK(n) ((n) * (n))
 ROLN_FN void roln_congr(int n, const roln_real *Q, const roln_real *X, roln_real *Y, roln_real *work)
 {
@@ -2141,7 +2151,7 @@ ROLN_FN void roln_map_dd1(int n, int map, roln_real p, const roln_real *l, const
 }
 
 /* R = A^-1, A lower triangular: A_ii R_i = I_i - sum_{j<i} A_ij R_j. n^3/6 multiply-adds. */
-ROLN_FN void rolni_spd_inv(int n, const roln_real *A, roln_real *R)
+ROLN_FN void rolni_lower_inv(int n, const roln_real *A, roln_real *R)
 {
     int i, j, k;
     for (i = 0; i < n; i++) {
@@ -2172,7 +2182,7 @@ ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X,
 {
     if (A == NULL)
         return roln_eig(n, X, l, Q, work);
-    rolni_spd_inv(n, A, R);
+    rolni_lower_inv(n, A, R);
     rolni_spd_whiten(n, R, X, Q, work);
     return roln_eig(n, Q, l, Q, work);
 }
@@ -2323,7 +2333,7 @@ ROLN_FN roln_status roln_spd_dist(int n, const roln_real *A, const roln_real *X,
 
 #define ROLN_DEGREE_MAX 8
 
-/* F = (n + d choose d) - 1 - n, factor by factor, each step an integer; 0 for d = 0. As in roln.h: */
+/* F = (n + d choose d) - 1 - n, factor by factor, each step an integer; 0 for d = 0. */
 #define ROLNI_CHOOSE(n, d, k) *((d) >= (k) ? (n) + (k) : 1) / ((d) >= (k) ? (k) : 1)
 #define ROLN_MONOMIALS(n, d) \
     ((d) > 0 ? 1 ROLNI_CHOOSE(n, d, 1) ROLNI_CHOOSE(n, d, 2) ROLNI_CHOOSE(n, d, 3) ROLNI_CHOOSE(n, d, 4) ROLNI_CHOOSE(n, d, 5) \

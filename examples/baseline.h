@@ -156,7 +156,7 @@ static void tell_baseline(void)
         const int samples = (int)fmin(fmax(1, floor(ahead[k] / d.dt + 0.5)), d.samples);
         const regression_error e = baseline_errors(&d, train, d.trajectories, samples);
         baseline_ahead[k].ms = 1e3 * samples * d.dt, baseline_ahead[k].e = e;
-        if (k == 0) printf("regression on the same trajectories: torques off by %s %% in all", in_percent(e.all).text);
+        if (k == 0) printf("regression on the same recordings: torques off by %s %% in all", in_percent(e.all).text);
         if (e.windows > e.failed) printf(", E_q %s %% after %.4g ms", in_percent(e.q).text, 1e3 * samples * d.dt);
         if (e.failed > 0) printf(" (%d of %d windows failed)", e.failed, e.windows);
     }

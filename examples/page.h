@@ -191,7 +191,7 @@ static void put_training(FILE *f)
     }
     if (set("seconds") > 0) put_paragraph(f, "With seconds= the bits of the weights depend on the speed of the machine.");
     put_paragraph(f,
-                  "N = %d joints, n = %d coordinates, %d parameters; %d of %d trajectories held out; weights of step %d. "
+                  "N = %d joints, n = %d coordinates, %d parameters; %d of %d recordings held out; weights of step %d. "
                   "The config:",
                   (int)M(N), (int)M(n), (int)M(theta_size), d.trajectories - train, d.trajectories, s.best_step);
     fputs("<pre>", f);
@@ -205,7 +205,7 @@ static void put_training(FILE *f)
 static void put_curve_section(FILE *f)
 {
     if (s.points == 0) {
-        put_paragraph(f, "There was no look at the held-out trajectories.");
+        put_paragraph(f, "There was no look at the held-out recordings.");
         return;
     }
     put_paragraph(f, "E_q is the error of the predicted joints over the spread of the joints. The mean of q has 100 %%.");
@@ -256,7 +256,7 @@ static void put_errors(FILE *f)
         put_paragraph(f, "There is no regression beside this model: it needs torque=1 and coordinates that are the joints.");
         return;
     }
-    fputs("<h3>The regression on the held-out trajectories</h3>\n", f);
+    fputs("<h3>The regression on the held-out recordings</h3>\n", f);
     put_head(f, "ms|E_q %|failed|windows");
     for (k = 0; k < 2; k++) {
         const regression_error *e = &baseline_ahead[k].e;

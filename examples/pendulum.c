@@ -485,7 +485,7 @@ int main(int argc, char **argv)
     fit_surface();
     fit_motion(&seed);
     model.dt = STEP;
-    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], qd[0], &work.fit_range), "range");
+    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], qd[0], &train_work.fit_range), "range");
 
     print_table();
     fit_energy();

@@ -27,7 +27,7 @@
 #define M(name) CAT(MODEL, name) /* M(params) is pend16_params */
 
 static M(params) params;
-static M(work) work;
+static M(fit_range_work) work;
 
 /* OUT with an ending. */
 static FILE *file(const char *out, const char *ending, const char *mode)
@@ -88,7 +88,7 @@ int main(int argc, char **argv)
     d = read_recordings(files.count, files.path, &w);
     if (w.half > 0) smooth(&d, w.half);
     (void)add_noise; /* is the trainer's */
-    if (M(fit_range)(&params, d.samples, d.q, d.qd, &work.fit_range) != ROLN_OK)
+    if (M(fit_range)(&params, d.samples, d.q, d.qd, &work) != ROLN_OK)
         fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", d.path);
 #ifdef SIGXFSZ
     signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */

@@ -147,7 +147,7 @@ static void say(const char *format, ...)
     va_end(list);
 }
 
-/* Seconds from some instant on. */
+/* Seconds from some instant on; with NO_THREADS those of clock(), which on other systems than Windows the processor worked. */
 static double now(void)
 {
 #ifdef NO_THREADS
@@ -1762,7 +1762,7 @@ static pace find_pace(motion *d)
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
             step[steps++] = d->t[i] - d->t[i - 1];
-    if (steps == 0) fail("%s: no sample follows another one\nhint: a blank line stands between trajectories only", d->path);
+    if (steps == 0) fail("%s: no sample follows another one\nhint: a blank line stands between recordings only", d->path);
     first = step[0];
     qsort(step, (size_t)steps, sizeof *step, smaller);
     median = step[steps / 2], p.least = step[0], p.most = step[steps - 1];
@@ -2510,7 +2510,7 @@ static void smooth(motion *d, int half)
     for (k = 0; k < d->trajectories; k++) {
         const int a = d->first[k], b = d->first[k + 1];
         if (b - a <= 2 * half)
-            fail("%s: smooth=%d needs %d samples, trajectory %d has %d\nhint: a smaller smooth=, or leave that trajectory out",
+            fail("%s: smooth=%d needs %d samples, recording %d has %d\nhint: a smaller smooth=, or leave that recording out",
                  d->path, half, 2 * half + 1, k + 1, b - a);
         for (j = 0; j < N; j++) {
             for (i = a; i < b; i++)

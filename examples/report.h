@@ -91,7 +91,8 @@ static void add_errors(const roln_error *all, const roln_error *joints, score *t
         to->joint[j][0] += (double)joints[j].q, to->joint[j][1] += (double)joints[j].q_var;
 }
 
-/* The units of the joints in p, which stand behind slope, least and scale; NULL: ROLN_SCALE is common, they have one. */
+/* The units of the joints in p, which stand behind slope, eigenvalue_floor and scale.q, .t, .m: number 5. NULL: ROLN_SCALE is
+   common, they have one. */
 static const roln_real *units_of(const M(params) *p)
 {
     return M(own) ? (const roln_real *)(const void *)p + 5 : NULL;
@@ -406,7 +407,7 @@ static void table_head(FILE *csv)
                  "worst_joint");
     for (j = 1; j <= (int)M(N); j++)
         fprintf(csv, ",E_q%d_percent,rms_q%d", j, j);
-    fprintf(csv, ",constant_velocity_percent,counts,trajectories\n");
+    fprintf(csv, ",constant_velocity_percent,counts,recordings\n");
 }
 
 /* The tables that were printed, for page.h: of held-out recordings, and of test=. */
@@ -664,7 +665,7 @@ static void put_curve(FILE *f, int alone)
     int k, i;
     p.x[1] = end;
     svg_begin(f, 640, 400, alone);
-    svg_text(f, 60, 28, "font-size='15'", STRING(MODEL) ": E_q of held-out trajectories");
+    svg_text(f, 60, 28, "font-size='15'", STRING(MODEL) ": E_q of held-out recordings");
     for (k = -3; k <= 2; k++) {
         fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/>", 180 - 60 * k);
         svg_text(f, 54, 184 - 60 * k, "text-anchor='end'", "%g %%", pow(10, k));
@@ -811,7 +812,7 @@ static void put_motion(FILE *f, int most, int alone)
     for (k = 0; k < 2; k++) {
         const shown *m = &shown_motion[k];
         const int left = 20 + k * ACROSS;
-        svg_text(f, left, 24, "font-size='15'", "%s: trajectory %d of %d, E_q %s %%", title[k], m->at + 1, d.trajectories,
+        svg_text(f, left, 24, "font-size='15'", "%s: recording %d of %d, E_q %s %%", title[k], m->at + 1, d.trajectories,
                  in_percent(m->typical).text);
         svg_text(f, left, 42, "", "%.3g s: grey recorded, red predicted, anew every %.3g s", m->points * m->stride * d.dt, s.ahead);
         widest(m->at, count, joint);

@@ -88,7 +88,7 @@ typedef struct {
 
 static void covariance(const M(filter) * f, double *P)
 {
-    enum { SIDE = M(side) };
+    enum { SIDE = M(filtered) };
     int i, j, k;
     for (i = 0; i < SMOOTH_SIDE; i++)
         for (j = 0; j < SMOOTH_SIDE; j++)

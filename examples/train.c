@@ -72,7 +72,7 @@ static struct {
 } settings[] = {
     {"seed", 1, 0, 1e15, 1, "of weights, samples and noise: trainings of one config end at different errors"},
     {"seconds", 0, 0, 1e8, 0, "this run ends after so many, with all that it writes; 0: no limit, and the same bits in every run"},
-    {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
+    {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out recordings are predicted no better"},
     {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
     {"window", 0.5, 0, 3600, 0, "s, length of a window: at most ROLN_HORIZON steps of 20 ms, or of one sample if longer; 0: none"},
@@ -127,7 +127,7 @@ static void help(void)
     int i;
     printf("train motion.csv .. [key=value ...]     trains " STRING(
                MODEL) " on recorded motion\n\n"
-                      "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories. Several "
+                      "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between recordings. Several "
                       "files, or\n"
                       "folders of them; with q= other columns. docs/training.md, \"Files of a logger\"\n\n",
            (int)M(N), (int)M(N), (int)M(force_size), M(inputs) > 0 ? "u" : "tau");
@@ -141,7 +141,7 @@ static void help(void)
                settings[i].help);
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
-           "held-out trajectory, predicted and true), OUT_report.html (all of this on a page), OUT_limits.h (limits of a guard,\n"
+           "held-out recording, predicted and true), OUT_report.html (all of this on a page), OUT_limits.h (limits of a guard,\n"
            "noise of a filter), OUT.check (to go on from); with next= OUT_next.csv (what to record next).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be that of a regression),\n"
@@ -778,12 +778,12 @@ static int windows_begin(void)
 /* 1.3 times the largest |z| of what is trained with, at least 1.3; z that is no angle. */
 static roln_real reach_of_data(void)
 {
-    static M(work) scratch;
+    static M(fit_range_work) scratch;
     static M(params) p;
     roln_real most = 1;
     int i;
     p = s.p;
-    if (M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK) return ROLN_C(1.3);
+    if (M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) return ROLN_C(1.3);
     for (i = 0; i < (int)M(n); i++)
         if (!roln_lnn_angle(&M(model).lnn, i)) most = ROLN_MAX(most, ROLN_MAX(p.z_max[i], -p.z_min[i]));
     return ROLN_C(1.3) * most;
@@ -1210,7 +1210,7 @@ static void run(void)
     pool samples = pool_of(0, 1, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride, 1);
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
-    if (samples.count < 1) fail("no trajectory to train with has 3 samples\nhint: record longer trajectories");
+    if (samples.count < 1) fail("no recording to train with has 3 samples\nhint: record longer recordings");
     last = s.stage, window_count = longer.count, granted = left();
     if (s.stage == NEWTON) weigh_forces(set("force"));
     if (s.next == 0) {
@@ -1262,18 +1262,12 @@ static int marked(const char *suffix)
     return strcmp(line, MARK) == 0;
 }
 
-static int is_there(const char *suffix)
-{
-    FILE *f = fopen(name_of(suffix).text, "rb");
-    if (f) fclose(f);
-    return f != NULL;
-}
-
 /* Weights and limits of an earlier training get .old behind their names. If the kept ones were judged good, and those that are
    there were not, they stay. Weights that this training goes on from are not kept. Returns the number of files kept. */
 static int keep_old(void)
 {
-    if (marked("_weights.h") && (set("resume") > 0 || (is_there("_weights.h.old") && !marked("_weights.h.old")))) return 0;
+    const int better = is_file(name_of("_weights.h.old").text) && !marked("_weights.h.old");
+    if (marked("_weights.h") && (set("resume") > 0 || better)) return 0;
     return keep(".roln") + keep("_weights.h") + keep("_limits.h");
 }
 
@@ -1281,12 +1275,12 @@ static int keep_old(void)
 static int write_weights(const char *mark)
 {
     static unsigned char bytes[M(packed_size)];
-    static M(work) scratch;
+    static M(fit_range_work) scratch;
     static M(params) p;
     FILE *f;
     int good;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
-    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK)
+    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK)
         doubt("the range of z overflows; possible cause: a wild sample");
     widen_range(&s.p);
     p = s.p, p.scale.m *= (roln_real)torque_scale;
@@ -1397,9 +1391,9 @@ static void summary(void)
     printf("wrote %s.roln and %s_weights.h after %.0f s: weights of step %d\n", words[OUT].value, words[OUT].value, seconds(),
            s.best_step);
     if (s.ahead > 0) /* there was a look */
-        printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
+        printf("held-out recordings are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
     if (s.best_error < 1) return;
-    doubt("held-out trajectories are predicted no better than by the mean of q");
+    doubt("held-out recordings are predicted no better than by the mean of q");
     printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by more "
            "than tau%s; too few coordinates or recordings\n",
            set("torque") > 0 ? ", or tau at another time than it acts" : ", for torque=0");
@@ -1412,7 +1406,7 @@ static void tables(double most)
     const int far = (int)(s.ahead / d.dt);
     char held[60];
     FILE *csv = file("_errors.csv", "w");
-    snprintf(held, sizeof held, "held-out trajectories%s", altered);
+    snprintf(held, sizeof held, "held-out recordings%s", altered);
     printf("E_q, E_qd: errors over the rms of motion; +-: standard error; q + h qd: constant velocity, (does not count)\n");
     table_head(csv);
     table(held, "held out", &d, train, d.trajectories, words[TEST].value ? most / 2 : most, csv);
@@ -1583,7 +1577,7 @@ static void read_all(void)
              "and "
              "one at least; held=none none",
              k, words[HELD].value);
-    say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
+    say("%d recordings (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
         d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
     tell_hinges();

@@ -661,7 +661,7 @@ int main(void)
     must(net_unpack(net_packed_size, packed, &p), "unpack");
     add(2, &p.scale.q);
     add(net_theta_size, p.theta);
-    add(2, &o.adam.b1);
+    add(2, &o.adam.unbias1);
     add(net_theta_size, o.m), add(net_moment_size, o.v), add(net_moment_size, o.v_max);
 
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);

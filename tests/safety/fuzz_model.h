@@ -431,7 +431,7 @@ static void M(call_filter)(int which)
     FUZZ_SPOIL(&work, sizeof work);
     fuzz_call();
     faults = M(filter_tick)(&M(p), &noise, fuzz_below(8) ? y : NULL, fuzz_below(4) ? tau : NULL, &M(f), &work);
-    CLAIM(roln_all_finite(M(side2), M(f).s.z) && roln_all_finite(M(side) * M(side), M(f).F) && roln_finite(M(f).f.nis));
+    CLAIM(roln_all_finite(M(side2), M(f).s.z) && roln_all_finite(M(filtered) * M(filtered), M(f).F) && roln_finite(M(f).f.nis));
     CLAIM((faults & ROLN_FAULT_STATUS) || !M(params_mismatch)(&M(p)));
     CLAIM((M(f).f.faults & faults) == faults);
     CLAIM(!(faults & ROLN_FILTER_START) || (M(f).f.valid && M(f).f.starts > 0));

@@ -35,7 +35,7 @@ typedef struct {
 ROLN_FN sizes sizes_of_m(void)
 {
     const roln_ae *ae = &m.ae;
-    const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_size(ae, 1), roln_ae_size(ae, 2),
+    const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_width(ae, 1), roln_ae_width(ae, 2),
                      roln_ae_sum(ae), ae->monomials, roln_ae_bent(ae), roln_ae_params(ae), ae->keeps};
     return s;
 }

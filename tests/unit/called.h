@@ -118,7 +118,7 @@ typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
 #define CALLED_WORK(X, of) \
     X(of, work, encode) X(of, work, encode_reference) X(of, work, decode) X(of, work, step) X(of, work, reduce) X(of, work, lift) \
     X(of, work, dynamics) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) X(of, work, gains) \
-    X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) X(of, train, fit_noise) \
+    X(of, work, guard_tick) X(of, work, tick) X(of, train, fit_range) X(of, train, fit_limits) X(of, train, fit_noise) \
     X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, fit_inertia) \
     X(of, train, force_variance) X(of, train, errors) X(of, start, init)
 #define CALLED_ALONE(X, of) X(of, linear) X(of, lqr) X(of, lqr_along) X(of, filter_tick)

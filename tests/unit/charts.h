@@ -24,7 +24,7 @@ static struct {
 ROLN_FN void take(const roln_ae *shape)
 {
     ae = *shape;
-    of.N = ae.size[0], of.n = ae.size[ae.layers], of.N1 = roln_ae_size(&ae, 1), of.N2 = roln_ae_size(&ae, 2);
+    of.N = ae.size[0], of.n = ae.size[ae.layers], of.N1 = roln_ae_width(&ae, 1), of.N2 = roln_ae_width(&ae, 2);
     of.ae_sum = roln_ae_sum(&ae), of.monomials = ae.monomials, of.bent = roln_ae_bent(&ae), of.ae_size = roln_ae_params(&ae);
     of.keeps = ae.keeps;
 }

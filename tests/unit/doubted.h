@@ -35,7 +35,7 @@ static void T_(state)(const DOUBTED(params) *p, uint64_t *seed, roln_real *q, ro
 /* The terms of a state by their definition. */
 static void T_(terms)(const DOUBTED(params) *p, const DOUBTED(latent) *s, ld *t)
 {
-    enum { n = DOUBTED(n), into = DOUBTED(into) };
+    enum { n = DOUBTED(n), into = DOUBTED(net_inputs) };
     ld x[into], v[n];
     int i, j, made = 1, sine = n;
     for (i = 0; i < n; i++) {

@@ -236,7 +236,7 @@ ROLN_FN roln_status sphere_retract(int rows, int cols, const roln_real *x, const
     return shorten(n, ROLN_SQRT(roln_dot(n, xn, xn)), xn);
 }
 
-ROLNI_MANIFOLD sphere = {free_size, no_work, sphere_tangent, NULL, sphere_retract};
+ROLNI_TABLE roln_manifold sphere = {free_size, no_work, sphere_tangent, NULL, sphere_retract};
 
 /* Shapes of unit modal mass, x^T M x = 1, in the metric of the masses: an inner product of its own. */
 enum { MASSES = 4 };
@@ -272,7 +272,7 @@ ROLN_FN roln_status mode_retract(int rows, int cols, const roln_real *x, const r
     return shorten(n, ROLN_SQRT(mode_inner(rows, cols, x, xn, xn)), xn);
 }
 
-ROLNI_MANIFOLD mode = {free_size, no_work, mode_tangent, mode_inner, mode_retract};
+ROLNI_TABLE roln_manifold mode = {free_size, no_work, mode_tangent, mode_inner, mode_retract};
 
 /* ---- a table of every manifold, empty blocks too ---- */
 

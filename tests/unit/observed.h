@@ -6,7 +6,7 @@
 #define T__(x) OBSERVED(x)
 #define T_(x) T__(test_##x)
 
-/* The unit of the last joint: with ROLN_SCALE each behind slope, least and scale, else that of all. */
+/* The unit of the last joint: with ROLN_SCALE each behind slope, eigenvalue_floor and scale.q, .t, .m, else that of all. */
 static roln_real *T_(unit)(OBSERVED(params) *p)
 {
     return OBSERVED(own) ? (roln_real *)(void *)p + 5 + OBSERVED(N) - 1 : &p->scale.q;

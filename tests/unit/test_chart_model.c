@@ -425,7 +425,7 @@ static void test_shell(uint64_t *s)
     enum { COUNT = 400, ALL = COUNT * chart_N };
     static chart_params p, was;
     static chart_start start;
-    static chart_work work;
+    static chart_train work;
     static chart_chart sums_of, half, empty;
     static roln_real q[ALL], qd[ALL];
     roln_real *x, *th, left = 7, left1 = 7, qbar[chart_N];

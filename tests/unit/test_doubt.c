@@ -134,7 +134,7 @@ static void test_ring(void)
         q[2 * i] = (roln_real)(0.8 * cos(a)), q[2 * i + 1] = (roln_real)(0.5 * sin(a));
         qd[2 * i] = (roln_real)(-0.8 * sin(a)), qd[2 * i + 1] = (roln_real)(0.5 * cos(a));
     }
-    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, &tick.fit_range));
+    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, &w.fit_range));
     memset(&e, 0, sizeof e);
     CHECK_OK(plain_evidence_add(&p, &b, &e, &w.evidence_add));
     for (i = 0; i < COUNT; i += 7) {
@@ -208,7 +208,7 @@ static void test_slip(void)
         q[2 * i] = (roln_real)sin(a), q[2 * i + 1] = (roln_real)sin(1.414 * a);
         qd[2 * i] = (roln_real)cos(a), qd[2 * i + 1] = (roln_real)(1.414 * cos(1.414 * a));
     }
-    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, &tick.fit_range));
+    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, &w.fit_range));
     memset(&e, 0, sizeof e);
     for (first = 1; first >= 0; first--) {
         if (!first) CHECK_OK(plain_evidence_add(&p, &b, &e, &w.evidence_add));

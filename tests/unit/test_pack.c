@@ -489,7 +489,7 @@ static roln_status store(int k, const roln_model *md, const float *theta, const 
     const roln_ae *ae = &md->ae;
     const int full = roln_ae_params(&models[k]->md->ae), rest = models[k]->params - full;
     roln_status st;
-    of.N = ae->size[0], of.n = ae->size[ae->layers], of.N1 = roln_ae_size(ae, 1), of.N2 = roln_ae_size(ae, 2);
+    of.N = ae->size[0], of.n = ae->size[ae->layers], of.N1 = roln_ae_width(ae, 1), of.N2 = roln_ae_width(ae, 2);
     of.ae_sum = roln_ae_sum(ae), of.monomials = ae->monomials, of.bent = roln_ae_bent(ae), of.ae_size = roln_ae_params(ae);
     st = roln_ae_quantise(ae, theta, lo, hi, to, room_of(ROLN_AE_QUANTISE_WORK(OF)));
     ROOM_KEPT();
@@ -624,6 +624,7 @@ static void test_stored_shell(void)
     static stored_words words;
     static plain_start init;
     static plain_work work;
+    static plain_train train;
     static unsigned char full[plain_packed_size], bytes[stored_packed_size];
     stored_quantise_work *start = (stored_quantise_work *)(void *)room_of((int)(sizeof *start / sizeof(float)));
     float q[24], qd[24];
@@ -633,7 +634,7 @@ static void test_stored_shell(void)
     plain_pack(&p, full);
     memset(&b, 7, sizeof b), a = b;
     CHECK(stored_quantise(plain_packed_size, full, &a, start) == ROLN_E_RANGE && memcmp(&a, &b, sizeof a) == 0); /* no range yet */
-    CHECK_OK(plain_fit_range(&p, 4, q, qd, &work.fit_range));
+    CHECK_OK(plain_fit_range(&p, 4, q, qd, &train.fit_range));
     p.dt = dt;
     plain_pack(&p, full);
     CHECK(stored_quantise(plain_packed_size - 1, full, &a, start) == ROLN_E_LENGTH);

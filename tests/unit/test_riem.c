@@ -514,7 +514,7 @@ static void check_euclidean(const roln_opt *opt, roln_real scale, const roln_rea
         const roln_real b1 = opt->beta1, b2 = opt->beta2, gi = scale * g[p] + opt->decay * old->x[p];
         const roln_real m = b1 * old->m[p] + (1 - b1) * gi, v = b2 * old->v[q] + (1 - b2) * (gi * gi);
         const roln_real w = v > old->w[q] ? v : old->w[q], lr = opt->lr[i >= 6];
-        CHECK(r->x[p] == old->x[p] - lr * (m / r->a.b1) / (ROLN_SQRT(w / r->a.b2) + opt->eps));
+        CHECK(r->x[p] == old->x[p] - lr * (m / r->a.unbias1) / (ROLN_SQRT(w / r->a.unbias2) + opt->eps));
         CHECK(r->m[p] == m && r->v[q] == v && r->w[q] == w);
     }
 }
@@ -540,8 +540,8 @@ static void check_updates(const roln_opt *opt, uint64_t *s)
         t_update(opt, 0.25L, g, &t);
         CHECK(adam(opt, scale, g, &r) == ROLN_OK);
         CHECK(r.a.t == (uint32_t)k);
-        CHECK_NEAR(r.a.b1, 1 - t.p1, 8 * EPS);
-        CHECK_NEAR(r.a.b2, 1 - t.p2, (ld)k * EPS);
+        CHECK_NEAR(r.a.unbias1, 1 - t.p1, 8 * EPS);
+        CHECK_NEAR(r.a.unbias2, 1 - t.p2, (ld)k * EPS);
         if (opt == opts) check_euclidean(opt, scale, g, &old, &r);
     }
     for (i = 0; i < SIZE; i++) { /* a momentum that is projected is carried only when next used */

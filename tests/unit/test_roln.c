@@ -264,7 +264,7 @@ static void test_shell(void)
         q[i] = roln_normal(&seed) / 4;
         qd[i] = roln_normal(&seed), qdd[i] = roln_normal(&seed), tau[i] = roln_normal(&seed);
     }
-    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, PLAIN_WORK(fit_range)));
+    CHECK_OK(plain_fit_range(&p, COUNT, q, qd, PLAIN_TRAIN(fit_range)));
     ROOM_KEPT();
     memcpy(s.z, p.z_min, sizeof s.z), s.zd[0] = p.zd_max[0], s.zd[1] = -p.zd_max[1];
     check_in_range(&p, &s);
@@ -297,11 +297,12 @@ static void check_trained(plain_params *p, const roln_real *q, const roln_real *
 {
     static plain_params again;
     static plain_work work;
+    static plain_train train;
     static unsigned char bytes[plain_packed_size];
     plain_state x, y;
     plain_latent z;
     int i;
-    CHECK(plain_fit_range(p, SAMPLES, q, qd, &work.fit_range) == ROLN_OK && p->z_min[0] < p->z_max[0]);
+    CHECK(plain_fit_range(p, SAMPLES, q, qd, &train.fit_range) == ROLN_OK && p->z_min[0] < p->z_max[0]);
     p->dt = h;
     plain_pack(p, bytes);
     memset(&again, 0, sizeof again);

@@ -327,7 +327,7 @@ static void call_all(calls *c)
     CALL(arm_inverse(&p, &at_rest, NULL, q, o.tau_z, &work.inverse));
     CALL(arm_dynamics(&p, &at_rest, &o.e, &work.dynamics));
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work.inertia));
-    CALL(arm_fit_range(&o.p, 1, q, qd, &work.fit_range));
+    CALL(arm_fit_range(&o.p, 1, q, qd, &train.fit_range));
     CALL(arm_fit_limits(&p, &motion, 2, &o.limits, o.most, o.most + 6, &train.fit_limits));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &(roln_errors){&o.error, o.joints, o.windows}, &train.errors));

@@ -47,7 +47,7 @@ static void test_sizes(int k)
     for (i = 0; i < mo->blocks; i++)
         numbers += roln_block_size(mo->table + i), moments += roln_block_moments(mo->table + i);
     CHECK(numbers == mo->params && moments == mo->moments && mo->params == roln_params(md));
-    CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_size(&md->ae, 1) && z.N2 == roln_ae_size(&md->ae, 2));
+    CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_width(&md->ae, 1) && z.N2 == roln_ae_width(&md->ae, 2));
     CHECK(z.n == f->n && z.n == md->ae.size[md->ae.layers]);
     CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae) && z.keeps == md->ae.keeps);
     CHECK(z.monomials == md->ae.monomials && z.bent == roln_ae_bent(&md->ae) && (z.monomials > 0) == (md->ae.degree > 0));

@@ -54,6 +54,7 @@ int main(int argc, char **argv)
     static unsigned char file[M(packed_size) + 1], bytes[M(packed_size)];
     static M(params) p, seen;
     static M(work) work;
+    static M(fit_range_work) room;
     FILE *f = fopen(argv[1], "rb"), *text = fopen(argv[2], "w");
     roln_real q[4][M(N)], qd[4][M(N)];
     size_t k;
@@ -69,7 +70,7 @@ int main(int argc, char **argv)
         for (j = 0; j < (int)M(N); j++)
             q[k][j] = (roln_real)probes[k][0][j], qd[k][j] = (roln_real)probes[k][1][j];
     }
-    if (RANGE && M(fit_range)(&seen, 4, q[0], qd[0], &work.fit_range) != ROLN_OK) return 1;
+    if (RANGE && M(fit_range)(&seen, 4, q[0], qd[0], &room) != ROLN_OK) return 1;
     for (j = 0; j < (int)M(n); j++) {
         if (p.z_min[j] != seen.z_min[j] || p.z_max[j] != seen.z_max[j] || p.zd_max[j] != seen.zd_max[j])
             return printf("another range\n"), 1;

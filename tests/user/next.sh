@@ -62,7 +62,7 @@ check 'their starts are in the box of starts, within a twentieth' awk -F, 'FNR =
 check 'the first one tells most' awk '/^next recordings/ { split($0, x, /tells |, the last one /)
     exit !(x[2] + 0 > x[3] + 0 && x[3] + 0 > 0) }' $dir/a1.log
 check 'the trainer reads it' sh -c "$dir/two $dir/same.csv $dir/a1_next.csv torque=1 steps=1 out=$dir/r 2>&1 |
-    grep '^24 trajectories'"
+    grep '^24 recordings'"
 $dir/two $dir/same.csv torque=1 held=0.2 steps=1 next=3 --resume out=$dir/a1 > $dir/b.log 2>&1
 check 'later, with the weights of a training that has ended' test "$(recordings $dir/a1_next.csv)" -eq 3
 check 'the weights stay' cmp $dir/a1.roln $dir/a2.roln

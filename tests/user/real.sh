@@ -55,7 +55,7 @@ learn() {
             words = split($0, x, " ")
             if (/^time: .* resampled to/) { sub(/.*resampled to /, ""); sub(/ by local.*/, ""); rate = $0 }
             if (/^filter: /) filter = x[2] " Hz"
-            if (/ trajectories [(]/) { count = x[1]; held = substr(x[3], 2) }
+            if (/ recordings [(]/) { count = x[1]; held = substr(x[3], 2) }
             if (/^regression on the same/) {
                 for (k = 1; k < words; k++) {
                     if (x[k] == "off") by_tau = x[k + 2]

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # From nothing to a model, as a user would: simulate chains with MuJoCo, export CSV, train with examples/train.c, and demand E_q
-# below bounds on trajectories that it has not seen. What a user may get wrong in recordings and settings is said, and ends with 1
+# below bounds on recordings that it has not seen. What a user may get wrong in recordings and settings is said, and ends with 1
 # or, where it may be meant, with a warning.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/train
@@ -54,7 +54,7 @@ done
 for word in look=3600 window=3600 window=1e-9 held=0.9; do
     check "$word" short $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
 done
-check 'smoothed over more than there is' says 'trajectory 1 has 3000' $dir/joints $dir/2_train.csv smooth=100000
+check 'smoothed over more than there is' says 'recording 1 has 3000' $dir/joints $dir/2_train.csv smooth=100000
 check 'no name' says '^hint: the names of all files begin with it: out=joints' $dir/joints $dir/2_train.csv out=
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
@@ -120,7 +120,7 @@ check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub
 page() { python3 tests/user/page.py "$@"; }
 check 'page' page $dir/j_report.html $dir/j_errors.csv \
     "$dir/joints $dir/2_train.csv steps=30 held=0.3 out=$dir/j test=$dir/2_test.csv seed=1" 'ROLN_MLP: 16 16' \
-    'torque=0: no torques were trained with.' 'the model has no friction' '10 trajectories (3 held out), 30000 samples'
+    'torque=0: no torques were trained with.' 'the model has no friction' '10 recordings (3 held out), 30000 samples'
 check 'page and limits are there' test -s $dir/j_report.html -a -s $dir/k_report.html -a -s $dir/j_limits.h
 for k in j k; do sed -n "/id='errors'/,\$p" $dir/${k}_report.html > $dir/$k.page; done
 check 'page: one thread' cmp $dir/j.page $dir/k.page
@@ -396,11 +396,11 @@ awk 'BEGIN {
     } }' > $dir/driven.csv
 $dir/driven $dir/driven.csv torque=1 steps=100 held=0.2 out=$dir/p > $dir/p.log 2>&1
 check "inputs, short: ended with $?" test $? -eq 3
-check 'inputs' awk '/^held-out trajectories$/ { on = 1 } on && $1 == 100 { e = $2 }
+check 'inputs' awk '/^held-out recordings$/ { on = 1 } on && $1 == 100 { e = $2 }
     END { print e; exit !(e > 0 && e < 0.1) }' $dir/p.log
 $dir/driven $dir/driven.csv steps=100 held=0.2 out=$dir/q > $dir/q.log 2>&1
 check "inputs that count for nothing: ended with $?" test $? -eq 3
-check 'and are missed' awk '/^held-out trajectories$/ { on = 1 } on && $1 == 100 { ok = $2 > 1 } END { exit !ok }' $dir/q.log
+check 'and are missed' awk '/^held-out recordings$/ { on = 1 } on && $1 == 100 { ok = $2 > 1 } END { exit !ok }' $dir/q.log
 cut -d, -f1-3,6 $dir/driven.csv > $dir/u.csv
 check 'inputs and positions alone' short $dir/driven $dir/u.csv torque=1 smooth=3 steps=1 out=$dir/r
 cut -d, -f1-5 $dir/driven.csv > $dir/u.csv
@@ -612,7 +612,7 @@ check 'false_alarms: the rate, and a limit below that of all' awk '
     END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2) }' $dir/own_limits5.h $dir/own_limits.h
 check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir/motor $dir/motor.csv torque=1 false_alarms=1 \
     out=$dir/own
-# until held-out trajectories are predicted no better, in the end with the best weights; windows are not asked for where window=0
+# until held-out recordings are predicted no better, in the end with the best weights; windows are not asked for where window=0
 $dir/motor $dir/motor.csv torque=1 held=0.2 window=0 out=$dir/b > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
 cat $dir/b.log
