@@ -228,11 +228,11 @@
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself.
-   Of an angle, z and q may be on any turn, up to 2^20 rad from 0, beyond which a function says ROLN_E_NOT_FINITE, as it does
-   where two that it compares are farther apart: the networks see its cosine and sine, differences are those of the shorter way,
-   within (-pi, pi], and its range is an arc, or all of the circle if the recordings went round. NAME_step and NAME_linear keep its
-   turn as far as two turns, 4 pi, from 0, and bring it within (-pi, pi] first where it is farther out: subtract angles by
-   roln_wrap. */
+   Of an angle, z and q may be on any turn, up to 2^20 rad from 0. Beyond, a function that needs sines or turns says
+   ROLN_E_NOT_FINITE, as it does where two that it compares are farther apart: the networks see its cosine and sine, differences are
+   those of the shorter way, within (-pi, pi], and its range is an arc, or all of the circle if the recordings went round. NAME_step
+   and NAME_linear keep its turn as far as two turns, 4 pi, from 0, and bring it within (-pi, pi] first where it is farther out:
+   subtract angles by roln_wrap. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -604,21 +604,27 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
     return limits->q_tolerance > 0 || limits->qd_tolerance > 0 || limits->residual > 0;
 }
 
-/* The limit of the mean residual of a window, with limits->false_alarms = a:
+/* f of the limit of the mean residual of a window, at least `low`. With limits->false_alarms = a the limit is
        residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   |f| <= 16
    (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are a W and the change of f, whatever the
    residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a since, so that small a are
    not lost in rounding. */
-ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g)
+ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g, roln_real low)
 {
     const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->since);
-    return !roln_finite(f) ? 0 : f < -16 ? -16 : f > 16 ? 16 : f;
+    return !roln_finite(f) ? 0 : f < low ? low : f > 16 ? 16 : f;
+}
+
+/* How many of W windows are to be at the limit or beyond: the integer a (W + 1), or that below. 1/41 of 41, rounded, is 1. */
+ROLN_FN uint32_t rolni_tail_rank(roln_real a, uint32_t windows)
+{
+    return ROLNI_AS(uint32_t, a * ROLNI_AS(roln_real, windows + 1) * (1 + 4 * ROLN_EPS));
 }
 
 /* The limit of the mean residual of a window that ends now, W. */
 ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_guard *g)
 {
-    return limits->residual * roln_exp(rolni_raised(limits, g) / 8);
+    return limits->residual * roln_exp(rolni_raised(limits, g, -16) / 8);
 }
 
 /* Ticks over which residuals are averaged. */
@@ -639,11 +645,11 @@ ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
     if (!last) return 0;
     r = g->sum / window;
     g->sum = 0, g->residual = roln_finite(r) ? r : 0;
-    alarm = !(ROLN_ABS(r) <= rolni_residual_limit(limits, g));
+    alarm = !(roln_finite(r) && ROLN_ABS(r) <= rolni_residual_limit(limits, g));
     g->since += g->since < UINT32_MAX;
     if (!alarm) return 0;
     g->alarms = g->since > 1 && 16 * a * ROLNI_AS(roln_real, g->since) > 1 ? 1 : g->alarms + (g->alarms < UINT32_MAX);
-    g->raised = ROLN_MIN(rolni_raised(limits, g) + 1, 16), g->since = 0;
+    g->raised = ROLN_MIN(rolni_raised(limits, g, -16 - a) + 1, 16), g->since = 0; /* since has this window, too */
     return 1;
 }
 
@@ -1646,7 +1652,7 @@ typedef struct {
     int moving;
     roln_real last;          /* at the last step the weights are 1 + last times as large */
     /* what follows may be left out */
-    const roln_real *low, *high; /* [count] limits, low <= high; NULL or infinite: none on this side. An angle without C is on the
+    const roln_real *low, *high; /* [count] limits, low <= high; NULL, low -inf, high inf: no limit. An angle without C is on the
                                     turn that is next to the middle of its limits, or to the only one */
     const roln_real *tighten;    /* [steps][count] 0 or more: behind step k the limits are so far inside (NAME_plan_tighten). Where
                                     low is then above high, both cost, the least in the middle between them; NULL: 0 */
@@ -3762,8 +3768,9 @@ ROLN_FN const roln_real *ROLNI_(beside_offsets)(const ROLN_(params) *p, const ro
    motors NULL: the learned inputs. With ROLN_ACTUATOR current G = J(z)^T diag(k) B, and u makes tau_z beside the offsets o.
    allocation_residual [1] (may be NULL) is the part of tau_z that the motors do not make,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
-   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors, or joints are driven or have servos.
-   ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not.
+   u and allocation_residual are untouched unless ROLN_OK; u may be tau_z. ROLN_E_LENGTH: no motors, or joints are driven or have
+   servos. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is
+   not, or n |G| |y| overflows.
    Nothing is squared: y = R^-1 R^-T tau_z with R the triangle of [mu I; G^T]. The rest of tau_z gives a correction of y, and a
    second one where motors are nearly parallel, which leaves a hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count
    NAME_reduce, 5 where motors are nearly parallel. */
@@ -3775,6 +3782,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     const int n = ROLN_(n);
     const roln_motors f = ROLNI_(motors_of)(p, motors);
     roln_real *const x = w->x, *const g = w->g, *const y = w->y, *const rest = w->rest, *const R = w->R;
+    roln_real top = 0, left = 0; /* largest number of G */
     int last = 4, parts = 0, pass, j, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (f.count < 1 || ROLN_(servo) || ROLN_(driven) > 0) return ROLN_E_LENGTH;
@@ -3787,13 +3795,20 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     tau_z = ROLNI_(beside_offsets)(p, tau_z, w);
 #endif
     for (pass = 0; pass <= last; pass++) { /* 0: R, then y; 1 .. last - 1: the rest of tau_z; last: u */
-        rolni_copy(n, tau_z, rest);
+        if (pass == last) { /* nothing is read or fails behind the first u */
+            if (!roln_finite(ROLNI_AS(roln_real, parts * n) * top * rolni_largest(parts * n, y))) return ROLN_E_NOT_FINITE;
+            rolni_zero(n, x);
+            for (i = 0; i < parts * n; i++)
+                x[i % n] += y[i];
+            left = rolni_allocation_residual(n, tau_z, x, f.mu);
+        } else rolni_copy(n, tau_z, rest);
         for (j = 0; j < f.count; j++) {
             roln_real torque = 0;
             ROLNI_(motor)(p, &f, j, x);
             roln_ae_reduce(ae, 1, p->theta, w->tape, x, g, w->u.reduce);
             for (i = 0; i < parts; i++)
                 torque += roln_dot(n, g, y + i * n);
+            if (pass == 0) top = ROLN_MAX(top, rolni_largest(n, g));
             if (pass == 0) rolni_copy(n, g, R + n * n), roln_qr_r(n + 1, n, R, w->u.triangle);
             else if (pass == last) u[j] = torque;
             else if (!roln_finite(torque)) return ROLN_E_NOT_FINITE;
@@ -3815,9 +3830,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
         if (!roln_all_finite(n, y + parts * n)) return ROLN_E_NOT_FINITE;
         parts++;
     }
-    for (i = n; i < parts * n; i++)
-        y[i % n] += y[i];
-    if (allocation_residual) *allocation_residual = rolni_allocation_residual(n, tau_z, y, f.mu);
+    if (allocation_residual) *allocation_residual = left;
     return ROLN_OK;
 }
 
@@ -3829,12 +3842,15 @@ ROLN_FN roln_real ROLNI_(beyond)(const ROLN_(params) *p, int i, roln_real z)
     return ROLN_MAX(low - x, x - high);
 }
 
-/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. */
+/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. Of an angle
+   what rounds when turns are taken off is inside. */
 ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const roln_real *z, const roln_real *zd)
 {
     int i, in = 1;
     for (i = 0; i < ROLN_(n); i++) {
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) && ROLNI_(beyond)(p, i, z[i]) <= margin * (p->z_max[i] - p->z_min[i]);
+        const roln_real turned = roln_lnn_angle(&ROLN_(model).lnn, i) ? 4 * ROLN_EPS * (ROLNI_PI + ROLN_ABS(z[i])) : 0;
+        in &= roln_finite(z[i]) && roln_finite(zd[i]);
+        in &= ROLNI_(beyond)(p, i, z[i]) <= margin * (p->z_max[i] - p->z_min[i]) + turned;
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * p->zd_max[i];
     }
     return in;
@@ -5388,7 +5404,7 @@ ROLN_FN roln_status ROLNI_(observer_correct)(const ROLN_(params) *p, const ROLN_
         if (!roln_finite(q)) return ROLN_E_NOT_FINITE;
         if (!roln_finite(y[i])) continue;
         in->measured++;
-        if (g->gate > 0 && age > 32 * g->settle && !(ROLN_ABS(part) <= g->gate)) continue; /* then it has settled */
+        if (g->gate > 0 && age > ROLN_MIN(32 * g->settle, 999999) && !(ROLN_ABS(part) <= g->gate)) continue; /* it has settled */
         in->used++, in->nis += part * part;
         w->e[i] = unit * e / (g->q[i] * g->q[i]);
     }
@@ -5452,7 +5468,7 @@ ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(obs
        correct    (z, zd) += P(z) J^T R^-1 (y - phi(z)), R = diag(g->q^2), P from g
    P is what the covariance of NAME_filter_tick settles at, at rest, at eight states, between which it is a mean; after a start that
    of a filter with 64 times the unknown torque, which becomes the steady one. An observer trusts the model as much after a gap as
-   before, and estimates no load. The gate is open until 32 g->settle ticks after a start.
+   before, and estimates no load. The gate is open until 32 g->settle ticks after a start, a million at most.
    y, tau, starts, lost ticks, outliers and the bits returned: as NAME_filter_tick, but f.nis counts joints as if they were
    independent. ROLN_FAULT_INPUT with ROLN_FILTER_NONE also if g is empty.
    Cost: a step of leapfrog, a decoding and a reduction, 8 n (2 n + 3) multiply-adds. */
@@ -5512,7 +5528,7 @@ ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *
     roln_real novelty, grown = 1, root;
     int i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (!(e->count > 0) || e->halves < 0 || e->halves > ROLNI_GROWTHS + 1) return ROLN_E_RANGE;
+    if (!(e->count > 0) || e->halves < 0 || e->halves == 1 || e->halves > ROLNI_GROWTHS + 1) return ROLN_E_RANGE;
     novelty = ROLNI_(novelty)(p, e->L, s->z, s->zd, w->t);
     root = ROLN_SQRT(novelty);
     for (i = 0; i < e->halves; i++)
@@ -6557,13 +6573,13 @@ ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const
    margin, residual, q_tolerance, qd_tolerance and, with evidence, novelty become slack times what these recordings need at least,
    margin no less than 0.1; the others are 0, not checked, where nothing was needed. With ROLN_DRIVEN the residual is 0. With
    false_alarms = a the residual is no such multiple: of W windows of residual_window ticks the a (W + 1) with the largest are at it
-   or beyond (split conformal prediction), if that is at least one. With b->tau, tau_each and rate_each [force_size] become slack
-   times the largest torque of each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all.
-   Without b->tau, or where l->motors has a B, they stay. ROLN_E_LENGTH: less than two samples, with false_alarms no recording of a
-   whole window, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, residual_window negative, false_alarms
-   not below 1, or not 0 with ROLN_DRIVEN, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of
-   which there would be no limit of rate, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode.
-   Then nothing is written. */
+   or beyond (split conformal prediction; rolni_tail_rank), if that is at least one. With b->tau, tau_each and rate_each
+   [force_size] become slack times the largest torque of each joint and its largest change, l points to them, and l->tau, l->rate
+   are the largest of all. Without b->tau, or where l->motors has a B, they stay. ROLN_E_LENGTH: less than two samples, with
+   false_alarms no recording of a whole window, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
+   residual_window negative, false_alarms not below 1, or not 0 with ROLN_DRIVEN, a number that stays is negative or not finite,
+   l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
+   the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing is written. */
 ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
                                       roln_real tau_each[ROLN_AT_LEAST(ROLN_(force_size))],
                                       roln_real rate_each[ROLN_AT_LEAST(ROLN_(force_size))], ROLN_(fit_limits_work) *w)
@@ -6596,7 +6612,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
             windows += h > 0 && w->guard.g.ticks == 0;
         }
     if (l->false_alarms > 0 && windows == 0) return ROLN_E_LENGTH;
-    rank = ROLNI_AS(uint32_t, l->false_alarms * ROLNI_AS(roln_real, windows + 1));
+    rank = rolni_tail_rank(l->false_alarms, windows);
     if (rank > 0) ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
     else most.residual *= slack;
     if (!(most.residual > 0)) most.false_alarms = 0;
@@ -6612,7 +6628,10 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     {
         const roln_real made[7] = {most.margin,  most.residual, most.q_tolerance, most.qd_tolerance,
                                    most.novelty, most.tau,      most.rate};
+        roln_limits check = most;
+        if (torques) check.tau_each = top, check.rate_each = rise;
         if (!roln_all_finite(torques ? 7 : 5, made)) return ROLN_E_NOT_FINITE;
+        if (!rolni_limits_valid(&check, torques ? force_size : 0)) return ROLN_E_RANGE;
     }
     if (torques) rolni_copy(force_size, top, tau_each), rolni_copy(force_size, rise, rate_each);
     *l = most;
@@ -6905,9 +6924,9 @@ ROLN_FN roln_status ROLNI_(observer_settle)(const ROLN_(params) *p, const roln_n
 /* Gains of NAME_observer_tick for the noise of NAME_fit_noise, which may stay as it is for NAME_filter_tick: what the covariance of
    that filter settles at, at rest, at eight states of the recordings in b, windows of b->steps + 1 samples of positions b->q.
    Samples that are not complete do not count. noise->load is not read: an observer estimates no load.
-   ROLN_E_LENGTH: no window; ROLN_E_RANGE: noise makes no sense, or the model holds no range; ROLN_E_NOT_FINITE, also if no sample
-   is complete; ROLN_E_NO_CONVERGENCE: nothing settles, as where no torque is unknown; status of NAME_linear, roln_dare. g stays as
-   it was unless ROLN_OK. Cost: 16 NAME_encode a sample, 8 times NAME_linear and roln_dare of 2n. */
+   ROLN_E_LENGTH: no window, or no stride; ROLN_E_RANGE: noise makes no sense, or the model holds no range; ROLN_E_NOT_FINITE, also
+   if no sample is complete; ROLN_E_NO_CONVERGENCE: nothing settles, as where no torque is unknown; status of NAME_linear,
+   roln_dare. g stays as it was unless ROLN_OK. Cost: 16 NAME_encode a sample, 8 times NAME_linear and roln_dare of 2n. */
 ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise *noise, const roln_batch *b,
                                         ROLN_(observer_gains) *g, ROLN_(fit_observer_work) *w)
 {
@@ -6917,7 +6936,7 @@ ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise
     roln_status st;
     int i, c;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (b->count < 1 || b->steps < 0) return ROLN_E_LENGTH;
+    if (b->count < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
     if (!rolni_noise_valid(ROLN_(N), noise)) return ROLN_E_RANGE;
     for (i = 0; i < ROLN_(n); i++)
         if (!(p->z_max[i] > p->z_min[i])) return ROLN_E_RANGE;
@@ -6942,7 +6961,7 @@ ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise
         }
         if (st == ROLN_OK) to->settle = ROLN_MAX(to->settle, ROLN_SQRT(ROLN_C(8.0)) * z / (zd * to->dt)); /* 4 / (W dt) */
     }
-    if (st == ROLN_OK && !roln_finite(to->settle)) st = ROLN_E_NOT_FINITE;
+    if (st == ROLN_OK && !(roln_finite(to->settle) && roln_all_finite(ROLN_(N), to->e))) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) *g = *to;
     return st;
 }
@@ -6955,7 +6974,7 @@ typedef struct {
 
 /* Adds the states of recorded motion to e: every sample of the windows of b, b->q and b->qd. e begins with a state that is large
    in each term (A = 1), so a novelty means something from the first sample on. From 1 / (64 ROLN_EPS) states on (131072 as float)
-   the oldest fade, but not that one. ROLN_E_LENGTH: no window, or no qd; ROLN_E_RANGE: the model holds no range (NAME_fit_range),
+   the oldest fade, but not that one. ROLN_E_LENGTH: no window, stride or qd; ROLN_E_RANGE: the model has no range (NAME_fit_range),
    or a state lies beyond it, z by half its width, zd by half the largest, as after a slip of an encoder: it would outweigh all
    others; ROLN_E_NOT_FINITE, also of a state whose terms overflow; status of NAME_encode. States before a bad one were added.
    Cost a state with n = 4: NAME_encode and 23,000 multiply-adds. */
@@ -6967,7 +6986,7 @@ ROLN_FN roln_status ROLN_(evidence_add)(const ROLN_(params) *p, const roln_batch
     roln_real *const s = w->encode.s;
     int k, h, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (b->count < 1 || b->steps < 0 || !b->qd) return ROLN_E_LENGTH;
+    if (b->count < 1 || !rolni_batch_valid(b) || !b->qd) return ROLN_E_LENGTH;
     for (i = 0; i < n; i++)
         if (!(p->z_max[i] > p->z_min[i]) || !(p->zd_max[i] > 0)) return ROLN_E_RANGE;
     for (k = 0; k < b->count; k++)
@@ -7050,15 +7069,15 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
 /* Deviations of NAME_doubt, to e, whose states were added before, from recordings that the model was not trained with: the law of
    growth under which the errors of the windows of b are likeliest. An error is the mean over a window of the acceleration that
    NAME_step misses, steps of dt seconds apart, and M times it. Long windows average the noise of qd: 25 ms are usual.
-   e->lasts becomes dt (NAME_fit_outlook). ROLN_E_LENGTH: no window, no step or no qd; ROLN_E_RANGE: e has seen no state; status of
-   NAME_encode, NAME_step, NAME_dynamics; ROLN_E_NOT_FINITE, also of errors beyond 1e14 as float. e is untouched unless
-   ROLN_OK. */
+   Deviations from few windows are too small: take a hundred or more. e->lasts becomes dt (NAME_fit_outlook).
+   ROLN_E_LENGTH: no window, step, stride or qd; ROLN_E_RANGE: e has seen no state; status of NAME_encode, NAME_step, NAME_dynamics;
+   ROLN_E_NOT_FINITE, also of errors beyond 1e14 as float. e is untouched unless ROLN_OK. */
 ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
                                      ROLN_(fit_doubt_work) *w)
 {
     int k;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (b->count < 1 || b->steps < 1 || !b->qd) return ROLN_E_LENGTH;
+    if (b->count < 1 || b->steps < 1 || b->stride < 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(e->count > 0) || !(dt > 0)) return ROLN_E_RANGE;
     memset(w->logs, 0, sizeof w->logs);
     memset(w->squares, 0, sizeof w->squares);
@@ -7121,7 +7140,7 @@ ROLN_FN roln_status ROLN_(fit_outlook)(const ROLN_(params) *p, const roln_batch 
     roln_real lasts = dt * ROLNI_AS(roln_real, b->steps), best = 0;
     int k;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (b->count < 1 || b->steps < 1 || !b->qd) return ROLN_E_LENGTH;
+    if (b->count < 1 || b->steps < 1 || b->stride < 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(e->count > 0) || !(dt > 0)) return ROLN_E_RANGE;
     for (k = 0; k < 10; k++, lasts /= 2) {
         double cost;

@@ -1440,8 +1440,8 @@ ROLN_FN roln_status rolni_quantise_encoder(const roln_storage *storage, int N, i
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
    untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
    z_min < z_max, or a weight that no half can hold; ROLN_E_SHAPE: ae has full weights; ROLN_E_ILL_CONDITIONED: what is left of the
-   weights has no left inverse, or rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_QUANTISE_WORK]: out is
-   theta to be, and the outermost layer or a bent one takes the most. */
+   weights has no left inverse, or rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_QUANTISE_WORK]: out
+   is theta to be, and the outermost layer or a bent one takes the most. */
 #define ROLNI_AE_QUANTISE_MEM(X, S) X(out, S(ae_size))
 #define ROLN_AE_QUANTISE_WORK(S) \
     (S(N1) > 0 ? 0 ROLNI_AE_QUANTISE_MEM(ROLNI_SIZE, S) + \

@@ -378,6 +378,14 @@ static void T_(refusals)(void)
     CHECK(DOUBTED(doubt)(&other, &e, &s, &d, &tick.doubt) == ROLN_E_SHAPE);
     CHECK(DOUBTED(fit_doubt)(&other, &b, ROLN_C(0.01), &e, &w.fit_doubt) == ROLN_E_SHAPE);
     CHECK(DOUBTED(fit_outlook)(&other, &b, ROLN_C(0.01), &e, &ow) == ROLN_E_SHAPE);
+    for (none = b, none.stride = -1; none.stride < 1; none.stride++) {
+        CHECK(DOUBTED(evidence_add)(&p, &none, &e, &w.evidence_add) == ROLN_E_LENGTH);
+        CHECK(DOUBTED(fit_doubt)(&p, &none, ROLN_C(0.01), &e, &w.fit_doubt) == ROLN_E_LENGTH);
+        CHECK(DOUBTED(fit_outlook)(&p, &none, ROLN_C(0.01), &e, &ow) == ROLN_E_LENGTH);
+    }
+    for (e.halves = -1; e.halves <= 9; e.halves++)
+        CHECK((DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_OK) == (e.halves == 0 || (e.halves >= 2 && e.halves <= 8)));
+    e.halves = kept.halves, d = before;
     s.zd[0] = (roln_real)NAN;
     CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE && memcmp(&d, &before, sizeof d) == 0);
     CHECK(memcmp(&e, &kept, sizeof e) == 0);

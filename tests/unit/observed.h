@@ -155,6 +155,25 @@ static roln_batch T_(recorded)(const OBSERVED(params) *p, roln_real *q)
     return b;
 }
 
+/* Batches without a stride, and noise whose square overflows. */
+static void T_(refused)(const OBSERVED(params) *p, const roln_noise *noise, const roln_batch *b)
+{
+    static OBSERVED(fit_observer_work) w;
+    static OBSERVED(observer_gains) g, was;
+    roln_batch bad = *b;
+    roln_noise wrong = *noise;
+    int k;
+    for (bad.stride = -1; bad.stride < 1; bad.stride++)
+        CHECK(OBSERVED(fit_observer)(p, noise, &bad, &g, &w) == ROLN_E_LENGTH && memcmp(&g, &was, sizeof was) == 0);
+    for (k = 0; k < 64; k++) {
+        wrong.q_each = NULL, wrong.q = (sizeof(roln_real) > 4 ? (roln_real)1e154 : (roln_real)1.5e19) * (1 + (roln_real)(k % 8));
+        wrong.tau = noise->tau * (roln_real)(1 << k / 8);
+        memset(&g, 0, sizeof g);
+        CHECK(OBSERVED(fit_observer)(p, &wrong, b, &g, &w) != ROLN_OK ? memcmp(&g, &was, sizeof was) == 0
+                                                                      : roln_all_finite(OBSERVED(N), g.e));
+    }
+}
+
 /* Gains at every state that was chosen; what is refused leaves everything as it was. */
 static void T_(fit)(const OBSERVED(params) *p, const roln_noise *noise, const roln_batch *b, OBSERVED(observer_gains) *g)
 {
@@ -173,6 +192,7 @@ static void T_(fit)(const OBSERVED(params) *p, const roln_noise *noise, const ro
     REFUSED(ROLN_E_LENGTH, OBSERVED(fit_observer)(p, noise, &bad, g, &w));
     bad.count = 1, bad.steps = -1;
     REFUSED(ROLN_E_LENGTH, OBSERVED(fit_observer)(p, noise, &bad, g, &w));
+    T_(refused)(p, noise, b);
     wrong.dt = 0;
     REFUSED(ROLN_E_RANGE, OBSERVED(fit_observer)(p, &wrong, b, g, &w));
     wrong = *noise, wrong.tau = 0;
@@ -345,6 +365,16 @@ static void T_(again)(const OBSERVED(params) *p, const OBSERVED(observer_gains) 
     CHECK(OBSERVED(observer_tick)(p, &sure, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START) && all(1, &o.f.nis, 0));
 }
 
+/* A million ticks after a start the gate is closed, however long the gains take to settle. */
+static void T_(late)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *with, const roln_real *y, const roln_real *tau,
+                     OBSERVED(observer) o)
+{
+    static OBSERVED(observer_tick_work) w;
+    OBSERVED(observer_gains) g = *with;
+    o.age = 1000000, g.settle = 40000;
+    CHECK((OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) & ROLN_FILTER_OUTLIER) && o.f.used == OBSERVED(N) - 1);
+}
+
 /* Faults as those of the filter: start, gap, outliers, what is not finite, settings; the estimate stays finite. */
 static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *with)
 {
@@ -356,8 +386,7 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     roln_real y[N], tau[F], z[n] = {0};
     ld q[N], J[N * n];
     int i, t;
-    memset(&o, 0, sizeof o);
-    z[0] = ROLN_C(0.25);
+    memset(&o, 0, sizeof o), z[0] = ROLN_C(0.25);
     T_(pose)(p, z, q, J);
     for (i = 0; i < N; i++)
         y[i] = (roln_real)q[i];
@@ -382,14 +411,15 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
         CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && o.f.valid);
     }
     g = *with, g.lost = -1;
-    CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE));
-    CHECK(memcmp(&was.s, &o.s, sizeof o.s) == 0);
+    CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) &&
+          memcmp(&was.s, &o.s, sizeof o.s) == 0);
     g = *with, g.gate = 6;
     o.age = 32 * g.settle + 1, was = o;
     if (N > n) {
         y[0] += 40 * g.e[0];
         CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FILTER_OUTLIER && o.f.used == N - 1 && o.f.outliers == 1);
         CHECK(o.f.lost == 0);
+        T_(late)(p, &g, y, tau, was);
         o = was, o.age = 0; /* the gate is open at first */
         CHECK((OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) & ROLN_FILTER_OUTLIER) == 0 && o.f.used == N && o.age <= 1);
         o = was;

@@ -174,6 +174,43 @@ static void test_near_motors(int k)
             }
 }
 
+/* Forces near the end of the type: torques that are numbers, or a status. Torques in the place of the force are the same. */
+static void test_allocate_ends(int k)
+{
+    static drive x;
+    const instance m = trained(driven[k], scale_of(k), theta_k);
+    const int n = n_OF(k);
+    roln_real u[8], lost;
+    roln_motors f = {.count = n, .B = x.B};
+    uint64_t s = 290 + (uint64_t)k;
+    int round, i, j;
+    for (round = 0; round < 400; round++) {
+        roln_real most, force[MAXN];
+        roln_status st;
+        place_motors(k, &m, n, &s, &x);
+        f.mu = x.top / 8;
+        CHECK_OK(m.of->allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)));
+        rolni_copy(n, x.tau_z, force);
+        CHECK_OK(m.of->allocate(&m, x.z, &f, force, force, u + n, ROOM(allocate)));
+        CHECK(memcmp(u, force, (size_t)n * sizeof *u) == 0 && all(1, &lost, u[n]));
+        f.mu = 0;
+        for (i = 0; i < N_OF(k) * n; i++)
+            x.B[i] *= (ROLN_C(0.25) + (roln_real)(round % 16) / 16) / x.top;
+        CHECK((st = m.of->allocate(&m, x.z, &f, x.tau_z, u, NULL, ROOM(allocate))) == ROLN_OK || st == ROLN_E_NOT_SPD);
+        for (i = 0, most = 0; i < n; i++)
+            most = ROLN_MAX(most, ROLN_ABS(u[i]));
+        if (st != ROLN_OK || !(most > ROLN_C(0.5))) continue;
+        for (i = -20; i < 20; i++) { /* the largest torque is the largest number, nearly */
+            int good;
+            lost = 7, fill(8, 7, u);
+            for (j = 0; j < n; j++)
+                force[j] = x.tau_z[j] * (PICK(3.4028234e38f, 1.7976931348623157e308) / most) * (1 + (roln_real)i * ROLN_EPS / 2);
+            good = m.of->allocate(&m, x.z, &f, force, u, &lost, ROOM(allocate)) == ROLN_OK;
+            CHECK(good ? roln_all_finite(n, u) && roln_finite(lost) : all(8, u, 7) && all(1, &lost, 7));
+        }
+    }
+}
+
 /* Damped least squares. */
 static void test_allocate(int k)
 {
@@ -577,6 +614,7 @@ void TEST_NAME(feedback)(void)
     test_weights_of_ends();
     for (k = 0; k < MODELS; k++) {
         test_allocate(k);
+        test_allocate_ends(k);
         test_near_motors(k);
         test_gains(k);
         test_lqr(k, 0);

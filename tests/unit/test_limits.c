@@ -89,7 +89,7 @@ static int residual_is(followed *x, roln_real r)
     if (fabsl(fabsl(x->mean) - limit) > 1e-3L * limit) CHECK(speaks == (fabsl(x->mean) > limit));
     x->f += (speaks ? 1 : 0) - a;
     x->f = x->f < -16 ? -16 : x->f > 16 ? 16 : x->f;
-    CHECK_NEAR(rolni_raised(&x->l, &x->g), x->f, 1e-3L);
+    CHECK_NEAR(rolni_raised(&x->l, &x->g, -16), x->f, 1e-3L);
     x->since++;
     if (speaks) x->row = x->since == 1 || 16 * a * (ld)x->since <= 1 ? x->row + 1 : 1, x->since = 0;
     CHECK(x->g.alarms == (uint32_t)x->row && x->g.since == (uint32_t)x->since);
@@ -143,6 +143,9 @@ static void test_follow_edges(void)
     for (t = 0; t < 3000; t++) /* quiet: it falls to e^-2 */
         (void)residual_is(&x, 0);
     CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(-2), 1e-6L);
+    follow(&x, 1, ROLN_C(0.9), 1);
+    for (t = 0; t < 3000; t++) /* alarms at the lower bound, and above it */
+        (void)residual_is(&x, roln_uniform(&s) < ROLN_C(0.8) ? 0 : 10);
     for (i = 0; i < 4; i++) { /* any bits: a limit within e^+-2, or the same, and the next windows are counted again */
         rolni_balance b = {2, 0};
         follow(&x, 4, ROLN_C(0.25), 1);
@@ -172,6 +175,24 @@ static void test_follow_edges(void)
     }
     CHECK(x.g.alarms == 2 && x.g.residual == ROLN_C(1.5));
 #endif
+}
+
+/* Rounding and overflow: 1 / t of t windows is one of them, k / t of them are k; no residual is as large as infinity. */
+static void test_follow_rounding(void)
+{
+    followed x;
+    int t;
+    follow(&x, 1, ROLN_C(0.01), sizeof(roln_real) > 4 ? (roln_real)1e308 : (roln_real)1e38); /* a limit that overflows */
+    for (t = 0; t < 100; t++) {
+        rolni_balance b = {(roln_real)INFINITY, 0};
+        CHECK(rolni_unbalanced(&x.l, &b, 0, &x.g));
+    }
+    for (t = 1; t <= 100000; t++) {
+        const int k = t / 3 + 1;
+        CHECK(rolni_tail_rank(1 / (roln_real)t, (uint32_t)t - 1) == 1);
+        CHECK(rolni_tail_rank((roln_real)k / (roln_real)t, (uint32_t)t - 1) == (uint32_t)k);
+        CHECK(rolni_tail_rank(ROLN_C(0.999) / (roln_real)t, (uint32_t)t - 1) == 0);
+    }
 }
 
 /* Of independent alarms at most one in 16^k is followed by k more in a row, for rates up to 1 / 16. */
@@ -494,9 +515,16 @@ static void test_fit_limits(int k)
     free_motion.tau = NULL, l = was, fill(MAXN, 7, each);
     CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, each, rates, ROOM(fit_limits)));
     CHECK(all(1, &l.margin, ROLN_C(0.1)) && all(1, &l.tau, 99) && !l.tau_each && !l.rate_each && all(MAXN, each, 7));
-    l = was, l.tau_each = each, l.tau = (roln_real)NAN; /* which counts for nothing beside tau_each */
-    CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
-    CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
+    for (i = 0; i < 4; i++) { /* no limits that the guard refuses */
+        const roln_real wrong[4] = {(roln_real)NAN, (roln_real)INFINITY, -1, 2};
+        int rate;
+        for (rate = 0; rate < 2; rate++) {
+            roln_status st;
+            l = was, l.tau_each = each, *(rate ? &l.rate : &l.tau) = wrong[i];
+            st = m.of->fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits));
+            CHECK(st == (i < 3 ? ROLN_E_RANGE : ROLN_OK) && l.tau_each == each && (i == 3) == (l.margin > 0));
+        }
+    }
     check_fit_rest(k, &start, &b, &was);
     check_fit_alarms(k, &start, &b, &was);
     check_fit_tail(k, &r, &start, &b, &was);
@@ -646,6 +674,7 @@ void TEST_NAME(limits)(void)
     int k;
     test_follow();
     test_follow_edges();
+    test_follow_rounding();
     test_alarms_in_a_row();
     for (k = 0; k < MODELS; k++) {
 #ifdef ROLN_DOUBLE

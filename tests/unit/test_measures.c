@@ -483,7 +483,6 @@ static void test_seam(void)
     static wheel_params p, of;
     static wheel_start start;
     static wheel_train train;
-    static wheel_work work;
     const ld turn = 8 * atanl(1);
     const roln_real round_it[SAMPLES] = {0, 1, 2, 3, -1, -2, -ROLN_C(2.625), -ROLN_C(2.875), -3, 0, 1, 2};
     roln_real q[2][SAMPLES * N], qd[SAMPLES * N], bar[2][N];
@@ -507,7 +506,7 @@ static void test_seam(void)
         CHECK(all(1, &p.scale.q, 1) && p.scale.t > 0);
         if (k == 0) of = p; /* networks of one seed */
         CHECK(all(1, &p.scale.t, of.scale.t));
-        CHECK_OK(wheel_fit_range(&p, SAMPLES, q[k], qd, &work.fit_range));
+        CHECK_OK(wheel_fit_range(&p, SAMPLES, q[k], qd, &train.fit_range));
         for (i = 0; i < N; i++) {
             if (i != 1) CHECK_NEAR(roln_wrap(bar[k][i] - bar[0][i]), 0, 40 * EPS);
             if (i != 1) CHECK_NEAR(p.z_max[i], -turn / 2 + 0.0625L * 6 * (i + 1), 8 * EPS); /* two units in the last place of 4 */
@@ -528,13 +527,40 @@ static void test_seam(void)
     for (k = 0; k < SAMPLES; k++) /* 3 rad to both sides: less than a twentieth of the circle is left */
         for (i = 0; i < N; i++)
             q[0][k * N + i] = i ? ROLN_C(0.45) * (roln_real)k : round_it[k];
-    CHECK_OK(wheel_fit_range(&p, SAMPLES, q[0], qd, &work.fit_range));
+    CHECK_OK(wheel_fit_range(&p, SAMPLES, q[0], qd, &train.fit_range));
     CHECK_NEAR(p.z_min[0], -turn / 2, 4 * EPS), CHECK_NEAR(p.z_max[0], turn / 2, 4 * EPS);
     CHECK_NEAR(p.z_min[2], 0, 20 * EPS), CHECK_NEAR(p.z_max[2], 0.45L * 11, 20 * EPS);
     CHECK(!wheel_params_mismatch(&of));
     of.scale.q = ROLN_C(0.5); /* no turn of q is one of z */
     CHECK(wheel_params_mismatch(&of));
     CHECK(wheel_errors(&of, &b, dt, 1, bar[0], &(roln_errors){e[0], NULL, NULL}, &train.errors) == ROLN_E_SHAPE);
+}
+
+/* No sample is outside of the range that it was fitted to, on whatever turn. */
+static void test_own_range(void)
+{
+    static wheel_params p;
+    static wheel_start start;
+    static wheel_train train;
+    uint64_t s = 6;
+    int round, k, i, out = 0;
+    CHECK_OK(wheel_init(&p, &s, &start.init));
+    for (round = 0; round < 20000; round++) {
+        roln_real q[3][wheel_N], qd[3][wheel_N];
+        wheel_latent z;
+        const roln_real middle = 7 * (roln_uniform(&s) - ROLN_C(0.5));
+        for (k = 0; k < 3; k++)
+            for (i = 0; i < wheel_N; i++) {
+                q[k][i] = middle + 2 * roln_uniform(&s) - 1, qd[k][i] = 1;
+                if (round % 2 && i != 1) q[k][i] = roln_wrap(q[k][i]);
+            }
+        CHECK_OK(wheel_fit_range(&p, 3, q[0], qd[0], &train.fit_range));
+        for (k = 0; k < 3; k++) {
+            memcpy(z.z, q[k], sizeof z.z), memcpy(z.zd, qd[k], sizeof z.zd);
+            out += !wheel_in_range(&p, &z);
+        }
+    }
+    CHECK_BELOW(out, 0);
 }
 
 static void test_shuffle(void)
@@ -618,5 +644,6 @@ void TEST_NAME(measures)(void)
     test_shuffle();
     test_fit();
     test_seam();
+    test_own_range();
     print_bounds();
 }

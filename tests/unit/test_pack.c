@@ -623,7 +623,6 @@ static void test_stored_shell(void)
     static stored_params a, b;
     static stored_words words;
     static plain_start init;
-    static plain_work work;
     static plain_train train;
     static unsigned char full[plain_packed_size], bytes[stored_packed_size];
     stored_quantise_work *start = (stored_quantise_work *)(void *)room_of((int)(sizeof *start / sizeof(float)));

@@ -172,7 +172,7 @@ static void test_store(void)
     static geared_params p;
     static geared8_params a;
     static geared_start start;
-    static geared_train room;
+    static geared_train train;
     static geared8_start store;
     static geared_work work;
     static geared8_work work8;
@@ -190,7 +190,7 @@ static void test_store(void)
     dyadic(24, 1, &s, q), dyadic(24, 1, &s, qd);
     for (i = 0; i < 24; i++)
         q[i] *= p.each[i % 6], qd[i] *= p.each[i % 6];
-    CHECK_OK(geared_fit_range(&p, 4, q, qd, &room.fit_range));
+    CHECK_OK(geared_fit_range(&p, 4, q, qd, &train.fit_range));
     p.dt = dt;
     geared_pack(&p, bytes);
     CHECK_OK(geared8_quantise(geared_packed_size, bytes, &a, &store.quantise));
