@@ -17,7 +17,7 @@
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
    A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it
-   does not name may hold anything; rows that lack a number are left out; tau is the force at the time of its sample.
+   does not name may hold anything; rows that lack a number or a cell are left out; tau is the force at the time of its sample.
 
    Steps of t that differ by more than 1 % are brought to one rate by local cubics (resample.h), and gaps split recordings. If the
    spectrum shows noise, q, qd and tau pass the same filter without phase. Recordings of even steps and without noise stay as they
@@ -81,6 +81,7 @@ typedef struct {
     double kernel;            /* s on each side of the local cubics of resampling, which lessen noise; 0: there were none */
     int kept;                 /* nonzero: they made but the samples that were missing, and forces that are held */
     int left_out, short_left; /* rows without a number; samples between gaps that are too close */
+    int lost;                 /* of those rows: with fewer cells than columns */
     int gaps, filled;         /* of resampling: where recordings were split; samples that were missing */
 } motion;
 
@@ -258,11 +259,12 @@ static const char *end_of_piece(char apart, const char *p, int first)
     return p + strcspn(p, set);
 }
 
-/* The pieces of a line, the first `most` of them into w. Returns how many there are, without empty ones at the end. */
-static int split(char apart, const char *p, int most, piece *w)
+/* The pieces of a line, the first `most` of them into w. Returns how many there are, without empty ones at the end; *cells: with
+   them. Between blanks no piece is empty. */
+static int split_cells(char apart, const char *p, int most, piece *w, int *cells)
 {
     const char *const blanks = apart == '\t' ? " " : " \t";
-    int count = 0, full = 0;
+    int count = 0, full = 0, open = 0; /* open: a separator came last */
     for (p += strspn(p, blanks); *p; p += strspn(p, blanks)) {
         const char *const end = end_of_piece(apart, p, count == 0);
         piece x;
@@ -277,9 +279,17 @@ static int split(char apart, const char *p, int most, piece *w)
         if (count < most) w[count] = x;
         count++;
         if (x.n > 0) full = count;
-        p = end + (*end == apart && apart != ' ');
+        open = *end == apart && apart != ' ';
+        p = end + open;
     }
+    *cells = count + open;
     return full;
+}
+
+static int split(char apart, const char *p, int most, piece *w)
+{
+    int cells;
+    return split_cells(apart, p, most, w, &cells);
 }
 
 /* Nonzero if a piece is a number, finite or not: *x. Beside those of C: a decimal comma, where commas do not stand between columns,
@@ -545,6 +555,7 @@ static double unit_in(piece w)
 typedef struct {
     FILE *f;
     int lines, row, columns; /* lines of the file; the line that was read last, its columns */
+    int cells;               /* with a column map: of the first sample, with empty ones at its end */
     int *line, size;         /* size of text and of header */
     char apart, mark;        /* between columns; in numbers: a point or a comma; 0: none yet */
     int kind;                /* of time stamps */
@@ -1346,19 +1357,18 @@ static void check_once(const motion *d, const sheet *s, const wanted *w)
 }
 
 /* The first sample of a file: which columns the map means. */
-static void begin_mapped(motion *d, const wanted *w, sheet *s, int n)
+static void begin_mapped(motion *d, const wanted *w, sheet *s, int n, int cells)
 {
     const char *text = s->header + strspn(s->header, s->comment ? " \t#%/" : "");
     const int F = d->forces;
     int names = s->header_row > 0 ? split(strchr(text, s->apart) ? s->apart : separator_of(text), text, s->most, s->name) : 0;
     int kind, units;
     if (names > s->most || n > s->most) fail("%s:%d: more than %d columns\nhint: take some out", d->path, s->row, s->most);
-    if (s->by_number && names != n) names = 0;
-    if (names > 0 && s->comment && names != n) names = 0;
-    if (names > 0 && names < n)
+    if ((s->by_number || s->comment) && (names < n || names > cells)) names = 0;
+    if (names > 0 && (names < n || names > cells))
         fail("%s:%d: %d names, but %d columns in line %d\nhint: one name a column, apart as the numbers are; or columns by number",
-             d->path, s->header_row, names, n, s->row);
-    s->named = names > 0, s->columns = names > n ? names : n;
+             d->path, s->header_row, names, names < n ? n : cells, s->row);
+    s->named = names > 0, s->columns = names > n ? names : n, s->cells = cells;
     units = *s->units ? split(s->apart, s->units, s->most, s->w) : 0;
     s->first_file = d->samples == 0 && !w->like;
     if (d->samples == 0) {
@@ -1398,20 +1408,24 @@ static int mapped_numbers(motion *d, const wanted *w, sheet *s, int kind, int n,
     return 1;
 }
 
-/* The line read last becomes a sample, or is left out if a number is missing. */
+/* The line read last becomes a sample, or is left out if a number is missing; so is a row that has lost a cell, whichever it is. */
 static void add_mapped(motion *d, const wanted *w, sheet *s)
 {
-    int n, kind, whole = 1;
+    int n, cells, kind, whole, lost;
     double t = s->rows * w->dt;
     if (s->apart == 0) s->apart = separator_of(s->text);
     if (s->columns == 0) {
-        n = split(s->apart, s->text, s->most, s->w);
-        begin_mapped(d, w, s, n);
+        n = split_cells(s->apart, s->text, s->most, s->w, &cells);
+        begin_mapped(d, w, s, n, cells);
     }
-    n = split(s->apart, s->text, s->most, s->w);
+    n = split_cells(s->apart, s->text, s->most, s->w, &cells);
     if (n > s->columns)
         fail("%s:%d: %d columns, the %s has %d\nhint: put text that holds a separator in quotes", d->path, s->row, n,
              s->named ? "header" : "first row", s->columns);
+    lost = n < s->columns && cells < s->cells, whole = !lost;
+    if (lost && d->lost++ == 0)
+        say("%s:%d: %d cells, the first row has %d: a cell is lost, and nobody knows which one; such rows are left out\n", d->path,
+            s->row, cells, s->cells);
     for (kind = OF_Q; kind < KINDS && whole; kind++) {
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
         whole = mapped_numbers(d, w, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
@@ -1428,7 +1442,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         if (whole) t = time_of(d, s, s->w[at]);
     } else if (whole && s->unit <= 0) s->unit = 1;
     if (whole) end_sample(d, s, t);
-    else if (d->left_out++ == 0)
+    else if (d->left_out++ == d->lost && !lost)
         say("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
 }
 

@@ -307,6 +307,24 @@ def columns():
     missing[100], missing[150] = missing[100].rsplit(",", 1)[0] + ",nan", missing[150].rsplit(",", 2)[0] + ","
     said = same("numbers that are missing", "\n".join(missing), "t=1", "q=2:3", "qd=4:5", "tau=6:7", "filter=off", bound=1e-4)
     check("numbers that are missing: told", re.search(r"f.csv:101: a number is missing", said) and "missing: 2\n" in said, said)
+    # a cell that is lost in the middle: its row is left out, for its neighbours have moved
+    more = lambda t, r: [t] + r + [7, 24.1]
+    for what, apart, end, kept in (("commas", ",", "", slice(0, 0)), ("commas at the ends of rows", ",", ",,", slice(0, 0)),
+                                   ("blanks", " ", "", slice(0, 0)), ("a cell at the end", ",", "", slice(-1, None))):
+        rows = lines(more, apart=apart, head=PLAIN[:-1].replace(",", apart) + apart + "current" + apart + "volt\n",
+                     more=end).strip("\n").split("\n")
+        for k in (100, 150):
+            cells = rows[k].split(apart)
+            del cells[kept if kept.start else slice(5, 6)]
+            rows[k] = apart.join(cells)
+        said = same(f"a lost cell, {what}", "\n".join(rows) + "\n", *MAP, "filter=off", bound=1e-4)
+        check(f"a lost cell, {what}: told", re.search(r"f.csv:101: \d+ cells, the first row has \d+: a cell is lost", said) and
+              "missing: 2\n" in said, said)
+    rows = lines(more, head=PLAIN[:-1] + ",current,volt\n").split("\n")
+    for k in range(1, 100):
+        rows[k] = rows[k].rsplit(",", k % 2 + 1)[0] + ",,"
+    said = same("empty cells at the end", "\n".join(rows), *MAP)
+    check("empty cells at the end: no row is left out", "left out" not in said, said)
 
 
 def several():
