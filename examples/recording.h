@@ -568,7 +568,9 @@ typedef struct {
     int rows;                /* with those that are left out */
     int used[KINDS], *column[KINDS], last; /* with a column map: columns of each kind, from 1; the last one */
     double *factor[KINDS];
-    int by_number; /* nonzero: the map has no names */
+    int again;         /* nonzero: the header was repeated, and no sample has come since */
+    const wanted *map; /* NULL: no column map */
+    int by_number;     /* nonzero: the map has no names */
     int first_file;
     double *v;
     piece *w, *name; /* of the line; of the header */
@@ -756,7 +758,7 @@ static sheet open_sheet(motion *d, const wanted *w)
     s.size = (mapped ? 1 << 20 : 65536) + 64 * (1 + 3 * w->N), s.most = mapped ? (int)mapped : 2 + 3 * w->N;
     s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room((size_t)s.most, sizeof *s.v);
     s.w = room((size_t)s.most, sizeof *s.w), s.name = room((size_t)s.most, sizeof *s.name);
-    if (mapped) s.units = room((size_t)s.size, 1);
+    if (mapped) s.units = room((size_t)s.size, 1), s.map = w;
     s.f = fopen(d->path, "rb");
     if (!s.f) fail("cannot read %s: %s\nhint: check the path", d->path, strerror(errno));
     while (read_text(&s))
@@ -797,21 +799,27 @@ static int next_line(const char *path, sheet *s)
     return 1;
 }
 
-/* Nonzero if a line is the header again, with a comment mark or blanks around it or without. */
-static int is_again(const sheet *s)
+/* Nonzero if a line is another one again, the header say, with a comment mark or blanks around it or without. */
+static int is_same(const char *a, const char *b)
 {
-    const char *a = s->text + strspn(s->text, " \t#%/"), *b = s->header + strspn(s->header, " \t#%/");
+    a += strspn(a, " \t#%/"), b += strspn(b, " \t#%/");
     while (*a && *a == *b)
         a++, b++;
     return a[strspn(a, " \t")] == 0 && b[strspn(b, " \t")] == 0;
 }
 
-/* Nonzero if a piece is what programs write in place of a number that they do not have. */
+/* Nonzero if a piece is what programs write in place of a number that they do not have; 1.#IND may have a sign before it and zeros
+   behind it, and nan is a number. */
 static int is_missing(piece w)
 {
-    static const char *const words[] = {"na", "n/a", "#n/a", "null", "none", "nil", "missing", "-", "--", "?", ".", "<na>"};
+    static const char *const words[] = {"na", "n/a", "n.a.", "#n/a", "#value!", "#div/0!", "#num!", "#ref!", "#name?", "#null!",
+                                        "null", "none", "nil", "nat", "\\n", "missing", "-", "--", "?", ".", "<na>", "1.#ind",
+                                        "1.#qnan", "1.#snan", "1.#inf"};
     size_t i;
     int k;
+    if (w.n > 4 && (*w.at == '-' || *w.at == '+')) w.at++, w.n--;
+    while (w.n > 6 && w.at[w.n - 1] == '0')
+        w.n--;
     for (i = 0; i < sizeof words / sizeof *words; i++) {
         for (k = 0; k < w.n && words[i][k] && tolower((unsigned char)w.at[k]) == words[i][k];)
             k++;
@@ -843,7 +851,7 @@ static void refuse_text(const motion *d, const sheet *s, int n)
             fail("%s:%d: column %d: expected a finite number, found \"%s\"\nhint: %s", d->path, s->row, c + 1, quoted(w),
                  mend_of(w));
         fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: %s", d->path, s->row, quoted(w),
-             w.n > 0 ? "seconds, or like 2026-11-25T18:10:05.25" : mend_of(w));
+             w.n > 0 && !is_missing(w) ? "seconds, or like 2026-11-25T18:10:05.25" : mend_of(w));
     }
 }
 
@@ -1069,17 +1077,24 @@ static void take_column(choice *c, int column, piece item)
 }
 
 /* Columns by number: 3, 3:8. Returns 0 if the item is neither. */
+static int read_range(piece item, int *from, int *to)
+{
+    int i = 0;
+    *from = 0;
+    while (i < item.n && i < 6 && is_digit(item.at[i]))
+        *from = 10 * *from + item.at[i++] - '0';
+    if (i == 0) return 0;
+    *to = *from;
+    if (i < item.n && item.at[i] == ':')
+        for (*to = 0, i++; i < item.n && i < 13 && is_digit(item.at[i]); i++)
+            *to = 10 * *to + item.at[i] - '0';
+    return i == item.n;
+}
+
 static int take_numbers(choice *c, piece item)
 {
-    int from = 0, to = 0, i = 0, k;
-    while (i < item.n && i < 6 && is_digit(item.at[i]))
-        from = 10 * from + item.at[i++] - '0';
-    if (i == 0) return 0;
-    to = from;
-    if (i < item.n && item.at[i] == ':')
-        for (to = 0, i++; i < item.n && i < 13 && is_digit(item.at[i]); i++)
-            to = 10 * to + item.at[i] - '0';
-    if (i != item.n) return 0;
+    int from, to, k;
+    if (!read_range(item, &from, &to)) return 0;
     if (to < from || (from == 0 && (to > 0 || c->kind != OF_TAU)))
         refuse_choice(c, "is no range of columns", item,
                       "columns count from 1, and go up: 3:8; tau=5,0 is for a joint without motor");
@@ -1088,13 +1103,19 @@ static int take_numbers(choice *c, piece item)
     return 1;
 }
 
+/* Nonzero if a name of the header, with the unit in brackets behind it or without, fits a name or pattern of the map. */
+static int is_meant(piece item, piece name)
+{
+    const piece stem = bare(name);
+    return fits(item.at, item.n, name.at, name.n) || fits(item.at, item.n, stem.at, stem.n);
+}
+
 /* Columns by name or pattern. Returns 0 if there are none. */
 static int take_names(choice *c, piece item)
 {
     int found = 0, k;
     for (k = 0; k < c->names; k++) {
-        const piece name = c->s->name[k], short_name = bare(name);
-        if (!fits(item.at, item.n, name.at, name.n) && !fits(item.at, item.n, short_name.at, short_name.n)) continue;
+        if (!is_meant(item, c->s->name[k])) continue;
         take_column(c, k + 1, item);
         found++;
     }
@@ -1356,13 +1377,19 @@ static void check_once(const motion *d, const sheet *s, const wanted *w)
                              w->columns[a] ? w->columns[a] : "");
 }
 
+/* The names of the header, to s->name. Returns how many there are; 0: there is no header. */
+static int split_header(const sheet *s)
+{
+    const char *text = s->header + strspn(s->header, s->comment ? " \t#%/" : "");
+    if (s->header_row == 0) return 0;
+    return split(s->apart && strchr(text, s->apart) ? s->apart : separator_of(text), text, s->most, s->name);
+}
+
 /* The first sample of a file: which columns the map means. */
 static void begin_mapped(motion *d, const wanted *w, sheet *s, int n, int cells)
 {
-    const char *text = s->header + strspn(s->header, s->comment ? " \t#%/" : "");
     const int F = d->forces;
-    int names = s->header_row > 0 ? split(strchr(text, s->apart) ? s->apart : separator_of(text), text, s->most, s->name) : 0;
-    int kind, units;
+    int names = split_header(s), kind, units;
     if (names > s->most || n > s->most) fail("%s:%d: more than %d columns\nhint: take some out", d->path, s->row, s->most);
     if ((s->by_number || s->comment) && (names < n || names > cells)) names = 0;
     if (names > 0 && (names < n || names > cells))
@@ -1408,13 +1435,33 @@ static int mapped_numbers(motion *d, const wanted *w, sheet *s, int kind, int n,
     return 1;
 }
 
+/* How many pieces of a line are numbers. */
+static int count_numbers(const sheet *s, char apart)
+{
+    const int n = split(apart, s->text, s->most, s->w);
+    int count = 0, i;
+    double x;
+    for (i = 0; i < n && i < s->most; i++)
+        count += number(apart, s->w[i], &x);
+    return count;
+}
+
+/* What stands between the columns of samples: what the first one looks like; or the header, if that makes more numbers of it, for a
+   column of text may hold another separator. */
+static char apart_of(const sheet *s)
+{
+    const char own = separator_of(s->text), named = s->header_row > 0 ? separator_of(s->header) : own;
+    if (s->apart) return s->apart;
+    return named != own && count_numbers(s, named) > count_numbers(s, own) ? named : own;
+}
+
 /* The line read last becomes a sample, or is left out if a number is missing; so is a row that has lost a cell, whichever it is. */
 static void add_mapped(motion *d, const wanted *w, sheet *s)
 {
     int n, cells, kind, whole, lost;
     double t = s->rows * w->dt;
-    if (s->apart == 0) s->apart = separator_of(s->text);
     if (s->columns == 0) {
+        s->apart = apart_of(s);
         n = split_cells(s->apart, s->text, s->most, s->w, &cells);
         begin_mapped(d, w, s, n, cells);
     }
@@ -1430,7 +1477,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
         whole = mapped_numbers(d, w, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
     }
-    s->rows++;
+    s->rows++, s->again = 0;
     if (whole && s->used[OF_T] > 0) {
         const int at = *s->column[OF_T] - 1;
         stamp x;
@@ -1446,55 +1493,134 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         say("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
 }
 
-/* Nonzero if most pieces of a line, or with columns by number those, are numbers or times. */
+/* Nonzero if the map asks for a column, from 0, by its number or by its name, the first of `names` in s->name. */
+static int is_asked(const sheet *s, int names, int column)
+{
+    int kind, from, to;
+    for (kind = 0; kind < KINDS; kind++) {
+        const char *p = s->map->columns[kind];
+        while (p && *p) {
+            piece item;
+            item.at = p, item.n = (int)strcspn(p, ",");
+            if (read_range(item, &from, &to) ? from <= column + 1 && column + 1 <= to
+                                             : item.n > 0 && column < names && is_meant(item, s->name[column]))
+                return 1;
+            p += item.n + (p[item.n] == ',');
+        }
+    }
+    return 0;
+}
+
+/* How many of the first n columns the map asks for, where the first `names` of them have names. */
+static int count_asked(const sheet *s, int names, int n)
+{
+    int count = 0, c;
+    for (c = 0; c < n && c < s->most; c++)
+        count += is_asked(s, names, c);
+    return count;
+}
+
+/* Nonzero if a piece is a unit of something, in brackets or not. */
+static int is_unit(piece w)
+{
+    int kind;
+    if (w.n > 2 && strchr("[(", *w.at)) w.at++, w.n -= 2;
+    for (kind = OF_Q; kind < KINDS && w.n > 0; kind++)
+        if (find_unit(kind, w.at, w.n) >= 0) return 1;
+    return unit_of(w) > 0;
+}
+
+/* Whether a line is the first sample: the pieces that the map asks for vote, or, if it asks for none of them, all. Most must be
+   numbers, times or words for a missing number. A row of such words alone must stand below a header, without a unit. */
+static int is_first_sample(const sheet *s)
+{
+    struct {
+        int full, numbers, missing;
+    } asked = {0, 0, 0}, all = {0, 0, 0};
+    int cells, units = 0, i;
+    const char apart = apart_of(s);
+    const int names = split_header(s), n = split_cells(apart, s->text, s->most, s->w, &cells);
+    for (i = 0; i < n && i < s->most; i++) {
+        stamp t;
+        double x;
+        const int is = is_missing(s->w[i]) ? 2 : number(apart, s->w[i], &x) || (i < 3 && read_stamp(apart, s->w[i], &t));
+        if (s->w[i].n == 0) continue;
+        units += is_unit(s->w[i]);
+        all.full++, all.numbers += is == 1, all.missing += is == 2;
+        if (is_asked(s, names, i)) asked.full++, asked.numbers += is == 1, asked.missing += is == 2;
+    }
+    if (asked.full > 0) all = asked;
+    if (all.numbers == 0) return all.full > 0 && all.missing == all.full && units == 0 && names > 0 && cells >= names;
+    return 2 * (all.numbers + all.missing) >= all.full;
+}
+
+/* Whether a line is a sample. Behind the first one: a column that is used begins like a number; or none of them holds text, and
+   something in the line is a number or a word for a missing one. */
 static int is_mapped_sample(const sheet *s)
 {
-    const char apart = s->apart ? s->apart : separator_of(s->text);
-    const int n = split(apart, s->text, s->most, s->w);
-    int numbers = 0, full = 0, kind, i;
-    stamp t;
+    int n, kind, text = 0, i;
     double x;
-    if (s->columns > 0) {
-        for (kind = 0; kind < KINDS; kind++)
-            for (i = 0; i < s->used[kind]; i++)
-                if (s->column[kind][i] > 0 && s->column[kind][i] <= n && is_numeric(apart, s->w[s->column[kind][i] - 1])) return 1;
-        return 0;
-    }
+    if (s->columns == 0) return is_first_sample(s);
+    n = split(s->apart, s->text, s->most, s->w);
+    for (kind = 0; kind < KINDS; kind++)
+        for (i = 0; i < s->used[kind]; i++) {
+            const int c = s->column[kind][i] - 1;
+            if (c < 0 || c >= n) continue;
+            if (is_numeric(s->apart, s->w[c])) return 1;
+            text |= s->w[c].n > 0 && !is_missing(s->w[c]);
+        }
+    for (i = 0; i < n && i < s->most && !text; i++)
+        if (is_missing(s->w[i]) || number(s->apart, s->w[i], &x)) return 1;
+    return 0;
+}
+
+/* Nonzero if a line is a row of units below the header: no piece is a name of the header, unless it is a unit, too, and a unit
+   stands in a column that the map asks for, or in one that is called a time. */
+static int is_units(const sheet *s)
+{
+    const int n = split(separator_of(s->text), s->text, s->most, s->w), names = split_header(s);
+    const int all = count_asked(s, names, names) == 0;
+    int found = 0, i, k;
+    if (n > names) return 0;
     for (i = 0; i < n && i < s->most; i++) {
-        if (s->w[i].n == 0) continue;
-        full++;
-        numbers += number(apart, s->w[i], &x) || (i < 3 && read_stamp(apart, s->w[i], &t));
+        const piece x = s->w[i];
+        const int unit = is_unit(x);
+        for (k = 0; k < names && k < s->most && x.n > 0 && !unit; k++)
+            if (x.n == s->name[k].n && memcmp(x.at, s->name[k].at, (size_t)x.n) == 0) return 0;
+        found |= unit && (all || is_asked(s, names, i) || is_time(s->name[i]));
     }
-    return numbers > 0 && 2 * numbers >= full;
+    return found;
+}
+
+/* Nonzero if fewer columns that the map asks for stand in a line than in the header. */
+static int is_no_header(sheet *s)
+{
+    const int names = split_header(s), had = count_asked(s, names, names);
+    const int n = split(separator_of(s->text), s->text, s->most, s->name);
+    return s->header_row > 0 && count_asked(s, n, n) < had;
 }
 
 /* A line of text or a comment above samples: the header, or the units below it. Returns nonzero if a recording begins behind it. */
 static int read_mapped_heading(const motion *d, sheet *s, int comment)
 {
-    const int had = s->header_row > 0 && !s->comment;
-    const char apart = separator_of(s->text);
-    int n, names, i, known = 0;
-    if (had && is_again(s)) return 1;
-    if (comment && (had || s->taken > 0)) return 0;
-    if (had) {
-        n = split(apart, s->text, s->most, s->w), names = split(separator_of(s->header), s->header, s->most, s->name);
-        for (i = 0; i < n && n <= names && i < s->most; i++) {
-            piece x = s->w[i];
-            int kind;
-            if (x.n > 2 && strchr("[(", *x.at)) x.at++, x.n -= 2;
-            for (kind = OF_Q; kind < KINDS; kind++)
-                known += find_unit(kind, x.at, x.n) >= 0;
-            known += unit_of(x) > 0;
-        }
-        if (known > 0) {
-            if (s->taken == 0) strcpy(s->units, s->text);
-            return 0;
-        }
-    }
-    if (s->taken > 0) {
+    const int had = s->header_row > 0 && !s->comment, units = !comment && had && is_units(s);
+    if (had && is_same(s->text, s->header)) return s->again = 1;
+    if (comment && (had || s->columns > 0)) return 0;
+    if (s->columns > 0 && !(units && s->again)) {
         piece whole;
         whole.at = s->text, whole.n = (int)strlen(s->text);
-        fail("%s:%d: expected numbers, found \"%s\"\nhint: put # before text between samples", d->path, s->row, quoted(whole));
+        fail("%s:%d: expected numbers, found \"%s\"\nhint: another header needs a file of its own; put # before other text between "
+             "samples",
+             d->path, s->row, quoted(whole));
+    }
+    if (units) {
+        if (s->columns == 0) strcpy(s->units, s->text);
+        return 0;
+    }
+    if (is_no_header(s)) {
+        if (!comment)
+            say("%s:%d: text, not a header: line %d has more of the columns of the map\n", d->path, s->row, s->header_row);
+        return 0;
     }
     strcpy(s->header, s->text);
     s->header_row = s->row, s->comment = comment, *s->units = 0;
@@ -2556,6 +2682,14 @@ static int begins_sample(char apart, piece w)
     return is_numeric(apart, w) || read_stamp(apart, w, &t);
 }
 
+/* Nonzero if text is a comment: it begins like one, and its first piece is no word for a missing number, such as #N/A. */
+static int is_comment(const sheet *s, const char *p)
+{
+    const char apart = s->map ? apart_of(s) : s->apart ? s->apart : separator_of(p);
+    if (*p != '#' && *p != '%' && strncmp(p, "//", 2) != 0) return 0;
+    return split(apart, p, 1, s->w) == 0 || !is_missing(s->w[0]);
+}
+
 /* Returns the kind of a line. TEXT: no piece is a number or begins like one, and one is not empty; before the first sample, the
    first piece is none. */
 static int kind_of(const sheet *s)
@@ -2565,8 +2699,8 @@ static int kind_of(const sheet *s)
     const int most = s->most;
     int n, i;
     if (s->text[strspn(s->text, ",; \t")] == 0) return BLANK;
-    if (*p == '#' || *p == '%' || strncmp(p, "//", 2) == 0) return COMMENT;
-    if (s->units) return is_mapped_sample(s) ? SAMPLE : TEXT;
+    if (is_comment(s, p)) return COMMENT;
+    if (s->map) return is_mapped_sample(s) ? SAMPLE : TEXT;
     n = split(apart, s->text, most, s->w);
     if (s->taken == 0 && n > 0 && s->w[0].n > 0) return begins_sample(apart, s->w[0]) ? SAMPLE : TEXT;
     for (i = 0; i < n && i < most; i++)
@@ -2592,7 +2726,7 @@ static void refuse_heading(const motion *d, const sheet *s, int n)
 static int read_heading(const motion *d, sheet *s, int comment)
 {
     const int had = s->header_row > 0 && !s->comment, most = s->most;
-    if ((had || s->named) && is_again(s)) return 1;
+    if ((had || s->named) && is_same(s->text, s->header)) return 1;
     if (comment && (had || s->taken > 0)) return 0;
     if (!comment && (had || s->taken > 0)) {
         const int n = split(separator_of(s->text), s->text, most, s->w);
@@ -2648,10 +2782,10 @@ static void read_file(motion *d, const wanted *w, const char *path)
         progress(path, (double)(s.row - 1) / s.lines);
         if (kind == BLANK) blank = 1, s.separators += strpbrk(s.text, ",;") != NULL;
         else if (kind != SAMPLE)
-            blank |= s.units ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
+            blank |= s.map ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
         else {
             const int before = d->samples;
-            if (s.units) add_mapped(d, w, &s);
+            if (s.map) add_mapped(d, w, &s);
             else add_sample(d, w, &s);
             if (d->samples == before) continue;
             if (blank) {

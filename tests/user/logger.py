@@ -307,6 +307,29 @@ def columns():
     missing[100], missing[150] = missing[100].rsplit(",", 1)[0] + ",nan", missing[150].rsplit(",", 2)[0] + ","
     said = same("numbers that are missing", "\n".join(missing), "t=1", "q=2:3", "qd=4:5", "tau=6:7", "filter=off", bound=1e-4)
     check("numbers that are missing: told", re.search(r"f.csv:101: a number is missing", said) and "missing: 2\n" in said, said)
+    # a first row without numbers, rows without any, words of several programs: none of them is a header, or ends the file
+    with_units = PLAIN.replace("tau1", "tau1 [mNm]").replace("tau2", "tau2 [mNm]")
+    in_mnm = lambda t, r: [t] + r[:4] + [v * 1e3 for v in r[4:]]
+    text = lines(in_mnm, head=with_units)
+    for word in ("NA", "NULL", "-", "nan", ""):
+        row = "-0.01" + ("," + word) * 6 + "\n"
+        for what, words in ("names", MAP), ("numbers", by_number):
+            said = same(f"a first row of {word or 'nothing'}, {what}", text.replace("\n", "\n" + row, 1), *words)
+            check(f"a first row of {word or 'nothing'}, {what}: told", "missing: 1\n" in said and "mNm" in said, said)
+    row = ",".join(["NA"] * 7) + "\n"
+    same("a first row of NA alone", text.replace("\n", "\n" + row, 1), *MAP)
+    same("text below the header", text.replace("\n", "\nsee wiki\n", 1), *by_number)
+    without_t = lines(lambda t, r: r + [7], head=PLAIN[2:-1] + ",state\n").split("\n")
+    for word in ("NA", "", "nan", "-1.#IND", "1.#QNAN0", "NaT", "\\N", "n.a.", "#VALUE!", "#N/A"):
+        for k in (100, 150):
+            without_t[k] = ",".join([word] * 6) + ",7"
+        said = same(f"no t, rows of {word or 'nothing'}", "\n".join(without_t), *MAP, "t=none", "dt=0.01", "filter=off", bound=1e-4)
+        check(f"no t, rows of {word or 'nothing'}: told", "missing: 2\n" in said, said)
+    # columns of text that the map does not name, more than numbers, which hold another separator
+    for what, apart, cells in (("nine", ",", ["OK", "auto", "arm-A", "no fault", "joint", "run", "Mr X", "yes", "on"]),
+                               ("with a comma", "\t", ["ok, running"]), ("with a semicolon", ",", ["a;b"])):
+        same(f"columns of text, {what}", lines(plain, apart=apart, more=apart + apart.join(cells), head=PLAIN[:-1].replace(
+            ",", apart) + "".join(f"{apart}s{k}" for k in range(len(cells))) + "\n"), *MAP)
     # a cell that is lost in the middle: its row is left out, for its neighbours have moved
     more = lambda t, r: [t] + r + [7, 24.1]
     for what, apart, end, kept in (("commas", ",", "", slice(0, 0)), ("commas at the ends of rows", ",", ",,", slice(0, 0)),
@@ -536,6 +559,13 @@ def refusals():
             ("a column twice", [bare, "t=1", "q=2:3", "qd=3:4"], r".*bare.csv:1: column 3 is used twice, by q=2:3 and qd=3:4"),
             ("a separator inside text", [write(table(times, head="text," + PLAIN).replace(b"\n0", b"\n,0").replace(b"\n,0.5,",
                 b"\nwarn, 1.0,0.5,"), "w.csv"), *MAP], r".*w.csv:52: 9 columns, the header has 8\nhint: .* in quotes"),
+            ("another header with a word that is a unit", [write(b"".join(
+                head + table(times, head="").replace(b"\n", b",1\n") for head in (
+                    b"t,q1,q2,qd1,qd2,tau1,tau2,counts\n", b"t,q2,q1,qd2,qd1,tau2,tau1,counts\n")), "h.csv"), *MAP],
+             r'.*h.csv:102: expected numbers, found "t,q2,q1,.*\nhint: another header'),
+            ("a row of units between samples", [
+                write(table(times).replace(b"\n0.5,", b"\ns,rad,rad,rad/s,rad/s,Nm,Nm\n0.5,"), "u.csv"), *MAP],
+             r'.*u.csv:52: expected numbers, found "s,rad'),
             ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: no column is called a time\nhint: name it: t=1, say"),
             ("a map without q", [bare, "qd=4:5"], r".*bare.csv: a column map needs q="),
             ("no torques", [path, "q=q?", "qd=qd?", "torque=1"], r".*f.csv:2: torque=1 needs tau="),
