@@ -1531,6 +1531,15 @@ static void read_more(wanted w)
     read_spread(words[SPREAD].value, &w, prepare_spread);
 }
 
+/* Reads test= with the columns of w, which must be those of the other recordings. */
+static motion read_test(wanted w)
+{
+    file_list tests = {NULL, 0};
+    w.qd_unused = w.tell = 0, w.like = &d;
+    add_files(&tests, words[TEST].value);
+    return read_recordings(tests.count, tests.path, &w);
+}
+
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(void)
 {
@@ -1542,13 +1551,9 @@ static void read_all(void)
     w.own_unit = w.torque && (int)M(inputs) == 0 && (int)M(actuator) == 0 && (int)M(driven) == 0 &&
                  !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
     if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1;
-    if (words[TEST].value) {
-        file_list tests = {NULL, 0};
-        add_files(&tests, words[TEST].value);
-        unseen = read_recordings(tests.count, tests.path, &w);
-    }
     w.qd_unused = set("noise") > 0 || set("smooth") > 0 || words[SMOOTHER].value, w.tell = 1;
     d = read_recordings(inputs.count, inputs.path, &w);
+    if (words[TEST].value) unseen = read_test(w);
     k = d.trajectories, torque_scale = unit_of_tau(&d);
     if (!(w.filter > 0)) w.filter = d.reach > 0 ? KERNEL_BAND / d.reach : -1;
     to_unit_of_tau(&unseen, unit_of_tau(&unseen) / torque_scale);

@@ -432,6 +432,20 @@ def units_of_files():
             check(f"{what} in file {1 + (files[1] == head)}", code == 1 and re.match(
                 r".*/2\.csv:2: column 6, tau1, has (the unit mNm|no known unit), but (none|the unit mNm) in the first file\n"
                 r"hint: .*tau=tau\?,mNm\n", err), f"{code} {err}")
+            code, _, err = run("train", f"{folder}/1.csv", f"test={folder}/2.csv", *MAP, "steps=1", f"out={DIR}/o")
+            check(f"{what} in file {1 + (files[1] == head)}, test=", code == 1 and re.match(
+                r".*/2\.csv:2: column 6, tau1, has .* in the first file\nhint: .*tau=tau\?,mNm\n", err), f"{code} {err}")
+    tables = []
+    for order in (0, 1, 2, 3, 4, 5), (1, 0, 3, 2, 5, 4):
+        names = ["t"] + [plain.split(",")[1 + k] for k in order]
+        other = write(table(times[:200]), "train.csv")
+        test = write(",".join(names) + "\n" + "".join("%.9g," % t + ",".join("%.9g" % row_of(t)[k] for k in order) + "\n"
+                                                      for t in times), "test.csv")
+        code, out, err = run("train", other, f"test={test}", *MAP, "torque=1", "steps=1", f"out={DIR}/o")
+        with open(f"{DIR}/o_errors.csv", encoding="utf-8") as f:
+            tables.append([line for line in f if "test.csv" in line])
+        check("test=: told as a later file is", code in (0, 3) and "test.csv:1: column" not in out, f"{code} {out[-500:]}{err}")
+    check("test=: read in the order of the first file", len(tables[0]) > 3 and tables[0] == tables[1], tables)
     code, out, err = both(with_units, in_nm, *MAP, scale=1)
     check("another unit, which is known", code == 0 and "unit" not in out.split("column  name")[0], f"{code} {out[:500]}{err}")
     code, out, _ = both(with_units, in_nm, *MAP[:2], "tau=tau?,mNm")
