@@ -52,7 +52,8 @@ enum { OF_T, OF_Q, OF_QD, OF_TAU, KINDS };
 /* A column that is used, as the table of columns prints it. */
 typedef struct {
     int kind, index, column; /* index: joint or motor, from 0; column: from 1, 0: none */
-    char name[40], unit[24];
+    const char *name;
+    char unit[24], foreign[24]; /* foreign: a unit that the file names and nobody knows */
     double factor; /* of the number in the file, to rad, s, Nm .. */
     double noise;  /* deviation of the white noise that the spectrum shows before any filter, in rad, Nm ..; 0: none */
     double share;  /* of noise in what the trainer needs of the column: qdd, or tau */
@@ -200,19 +201,37 @@ typedef struct {
     int n;
 } piece;
 
-/* A piece as a message quotes it: 40 bytes at most, no control characters. Two at a time. */
+/* A byte of a text as it is printed. */
+static char printable(char c)
+{
+    return (char)((unsigned char)c < 32 || c == 127 ? '?' : c);
+}
+
+/* Writes n bytes of text to `to`, without control characters. Of more than `most` bytes the middle is left out, in whole letters:
+   names differ at both ends. */
+static void put_short(char *to, const char *at, int n, int most)
+{
+    int head = n, tail = n, i;
+    if (n > most)
+        for (head = most / 2 - 1, tail = n - (most - 2 - head); head > 0 && ((unsigned char)at[head] & 0xc0) == 0x80;)
+            head--;
+    while (tail < n && ((unsigned char)at[tail] & 0xc0) == 0x80)
+        tail++;
+    for (i = 0; i < head; i++)
+        *to++ = printable(at[i]);
+    if (head < n) *to++ = '.', *to++ = '.';
+    for (i = tail; i < n; i++)
+        *to++ = printable(at[i]);
+    *to = 0;
+}
+
+/* A piece as a message quotes it. Two at a time. */
 static const char *quoted(piece w)
 {
     static char text[2][48];
     static int which;
     char *to = text[which = !which];
-    int n = w.n, i;
-    if (n > 40)
-        for (n = 40; n > 0 && ((unsigned char)w.at[n] & 0xc0) == 0x80;)
-            n--; /* not inside a letter of several bytes */
-    for (i = 0; i < n; i++)
-        to[i] = (char)((unsigned char)w.at[i] < 32 || w.at[i] == 127 ? '?' : w.at[i]);
-    strcpy(to + n, w.n > n ? ".." : "");
+    put_short(to, w.at, w.n, 42);
     return to;
 }
 
@@ -568,7 +587,7 @@ typedef struct {
     int rows;                /* with those that are left out */
     int used[KINDS], *column[KINDS], last; /* with a column map: columns of each kind, from 1; the last one */
     double *factor[KINDS];
-    int again;         /* nonzero: the header was repeated, and no sample has come since */
+    int again;         /* nonzero: the header was repeated, and neither its units nor a sample have come since */
     const wanted *map; /* NULL: no column map */
     int by_number;     /* nonzero: the map has no names */
     int first_file;
@@ -758,7 +777,7 @@ static sheet open_sheet(motion *d, const wanted *w)
     s.size = (mapped ? 1 << 20 : 65536) + 64 * (1 + 3 * w->N), s.most = mapped ? (int)mapped : 2 + 3 * w->N;
     s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room((size_t)s.most, sizeof *s.v);
     s.w = room((size_t)s.most, sizeof *s.w), s.name = room((size_t)s.most, sizeof *s.name);
-    if (mapped) s.units = room((size_t)s.size, 1), s.map = w;
+    s.units = room((size_t)s.size, 1), s.map = mapped ? w : NULL;
     s.f = fopen(d->path, "rb");
     if (!s.f) fail("cannot read %s: %s\nhint: check the path", d->path, strerror(errno));
     while (read_text(&s))
@@ -806,6 +825,21 @@ static int is_same(const char *a, const char *b)
     while (*a && *a == *b)
         a++, b++;
     return a[strspn(a, " \t")] == 0 && b[strspn(b, " \t")] == 0;
+}
+
+/* All units stand below the first header: below a header that is repeated stand the same ones again. */
+static void refuse_units(const motion *d, const sheet *s)
+{
+    fail("%s:%d: units unlike those below line %d\nhint: the same row of units below each header, or a file for each", d->path,
+         s->row, s->header_row);
+}
+
+/* The line is a row of units below the first header, or below one that is repeated. */
+static void keep_units(const motion *d, sheet *s, int first)
+{
+    if (first) strcpy(s->units, s->text);
+    else if (!is_same(s->units, s->text)) refuse_units(d, s);
+    s->again = 0;
 }
 
 /* Nonzero if a piece is what programs write in place of a number that they do not have; 1.#IND may have a sign before it and zeros
@@ -910,12 +944,16 @@ static void check_alike(const motion *d, const sheet *s, int had_qd, int had_tau
              d->has_qd ? "with" : "no", d->has_tau ? "with" : "no", d->file[0]);
 }
 
-/* A column that is used becomes a line of the table. */
+/* A column that is used becomes a line of the table. Its name is kept as long as the program runs. */
 static void add_field(motion *d, int kind, int index, int column, const piece *name, const char *unit, double factor)
 {
     field *f = &d->fields[d->count++];
     f->kind = kind, f->index = index, f->column = column, f->factor = factor;
-    snprintf(f->name, sizeof f->name, "%s", name && name->n > 0 ? quoted(*name) : "-");
+    f->name = "-";
+    if (name && name->n > 0) {
+        char *const text = room((size_t)name->n + 1, 1);
+        put_short(text, name->at, name->n, name->n), f->name = text;
+    }
     snprintf(f->unit, sizeof f->unit, "%s", unit);
 }
 
@@ -1033,12 +1071,15 @@ static int fits(const char *pattern, int m, const char *name, int n)
     return 0;
 }
 
-/* A name without the unit in brackets behind it. */
+/* A name without the unit in brackets behind it. A number in brackets is an index, which is a part of the name: q[0] [deg]. */
 static piece bare(piece name)
 {
-    int i;
+    int i, end;
     for (i = 1; i < name.n; i++)
         if (name.at[i] == '[' || name.at[i] == '(') {
+            for (end = i + 1; end < name.n && is_digit(name.at[end]);)
+                end++;
+            if (end > i + 1 && end < name.n && strchr("])", name.at[end])) continue;
             while (i > 0 && name.at[i - 1] == ' ')
                 i--;
             if (strchr("])", name.at[name.n - 1])) name.n = i;
@@ -1231,20 +1272,22 @@ static piece unit_text(const sheet *s, int column, const piece *unit, int units)
     return x;
 }
 
-/* The unit of a column, an index of known_units: of the map, else of the file; -1: none, or it is unknown. Says that a unit is
-   unknown, and that file and map differ. */
-static int unit_said(const motion *d, const sheet *s, const choice *c, int column, const piece *unit, int units)
+/* The unit of a column, an index of known_units: of the map, else of the file; -1: none, or it is unknown, *foreign. Says that a
+   unit is unknown, and that file and map differ. */
+static int unit_said(const motion *d, const sheet *s, const choice *c, int column, const piece *unit, int units, piece *foreign)
 {
     const piece x = unit_text(s, column, unit, units);
     int found = x.n > 0 ? find_unit(c->kind, x.at, x.n) : s->named && column > 0 ? unit_ending(c->kind, s->name[column - 1]) : -1;
     if (x.n > 0 && found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
+    foreign->at = x.at, foreign->n = 0;
     if (c->unit >= 0) {
         if (found >= 0 && known_units[found].factor != known_units[c->unit].factor)
             say("%s:%d: column %d is in %s, but %s=%s says %s, which counts\n", d->path, s->header_row, column,
                 known_units[found].name, kind_names[c->kind], c->text, known_units[c->unit].name);
         return c->unit;
     }
-    if (found < 0 && x.n > 0 && s->first_file)
+    if (found < 0) foreign->n = x.n;
+    if (foreign->n > 0 && s->first_file)
         say("%s:%d: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", d->path, s->header_row, column,
             quoted(x));
     return found;
@@ -1259,27 +1302,48 @@ static const field *field_of(const motion *d, int kind, int index)
     return NULL;
 }
 
+/* What a message says of a unit: known, foreign or none. */
+static void put_unit(char *to, const char *known, const char *foreign)
+{
+    sprintf(to, *known ? "the unit %s" : *foreign ? "the unknown unit \"%s\"" : "no unit", *known ? known : foreign);
+}
+
 /* Refuses a column whose unit this file says and the first one does not, or the other way round: one of them would be read in
-   another unit. */
-static void refuse_other_unit(const motion *d, const sheet *s, const choice *c, int index, int unit)
+   another unit. So would be an unknown unit beside any other one. */
+static void refuse_other_unit(const motion *d, const sheet *s, const choice *c, int index, int unit, const char *foreign)
 {
     const field *first = field_of(d, c->kind, index);
     const double factor = unit >= 0 ? known_units[unit].factor : 1;
+    const char *const known = unit >= 0 ? known_units[unit].name : "";
+    char here[64], there[64];
     if (s->first_file || c->unit >= 0 || !first || s->column[c->kind][index] == 0 || first->column == 0) return;
-    if ((unit >= 0) == (first->unit[0] != 0) || (factor == 1 && first->factor == 1)) return;
-    fail("%s:%d: column %d, %s%d, has %s%s, but %s%s in the first file\nhint: the same unit in all files, or name it in the map: "
+    if (*foreign || first->foreign[0] ? strcmp(foreign, first->foreign) == 0
+                                      : !*known == !first->unit[0] || (factor == 1 && first->factor == 1))
+        return;
+    put_unit(here, known, foreign), put_unit(there, first->unit, first->foreign);
+    fail("%s:%d: column %d, %s%d, has %s, but %s in the first file\nhint: the same unit in all files, or name it in the map: "
          "%s=%s,%s",
-         d->path, s->row, s->column[c->kind][index], kind_names[c->kind], index + 1,
-         unit >= 0 ? "the unit " : "no known unit", unit >= 0 ? known_units[unit].name : "", first->unit[0] ? "the unit " : "none",
-         first->unit, kind_names[c->kind], c->text, unit >= 0 ? known_units[unit].name : first->unit);
+         d->path, s->row, s->column[c->kind][index], kind_names[c->kind], index + 1, here, there, kind_names[c->kind], c->text,
+         *known           ? known
+         : first->unit[0] ? first->unit
+                          : "raw");
 }
 
-/* Nonzero if a column of the first file has this name. */
+static piece field_name(const field *f)
+{
+    piece w;
+    w.at = f->name, w.n = (int)strlen(f->name);
+    return w;
+}
+
+/* Nonzero if a column of the first file has this name, in whatever unit. */
 static int has_name(const field *f, piece name)
 {
-    char text[sizeof f->name];
-    snprintf(text, sizeof text, "%s", quoted(name));
-    return strcmp(f->name, text) == 0;
+    const piece first = bare(field_name(f)), other = bare(name);
+    int i = 0;
+    while (i < first.n && i < other.n && first.at[i] == printable(other.at[i]))
+        i++;
+    return i == first.n && i == other.n;
 }
 
 /* A pattern takes the columns of each file in the order of the first one, by their names. Says which names differ. */
@@ -1305,7 +1369,7 @@ static void order_by_names(const motion *d, sheet *s, const choice *c)
     if (other >= 0 && found < s->used[c->kind]) {
         memcpy(column, was, (size_t)s->used[c->kind] * sizeof *was);
         say("%s:%d: column %d is called %s, %s%d of the first file is %s\n", d->path, s->header_row, was[other],
-            quoted(s->name[was[other] - 1]), kind_names[c->kind], other + 1, field_of(d, c->kind, other)->name);
+            quoted(s->name[was[other] - 1]), kind_names[c->kind], other + 1, quoted(field_name(field_of(d, c->kind, other))));
     }
     free(was);
 }
@@ -1318,16 +1382,20 @@ static void fill_fields(motion *d, sheet *s, const choice *c, const piece *unit,
     if (!s->first_file) order_by_names(d, s, c);
     s->factor[kind] = room((size_t)s->used[kind] + 1, sizeof **s->factor);
     for (i = 0; i < s->used[kind]; i++) {
-        const int column = s->column[kind][i],
-                  said = kind != OF_T ? unit_said(d, s, c, column, unit, units) : c->unit;
+        const int column = s->column[kind][i];
+        piece foreign = {NULL, 0};
+        const int said = kind != OF_T ? unit_said(d, s, c, column, unit, units, &foreign) : c->unit;
         const double gain = c->gains == 0 ? 1 : c->gain[c->gains > 1 ? i : 0];
         const double factor = (kind != OF_T && said >= 0 ? known_units[said].factor : 1) * (c->per ? 1 / gain : gain);
-        char text[24] = "";
+        char text[24] = "", other[24];
+        put_short(other, foreign.at, foreign.n, (int)sizeof other - 1);
         if (kind != OF_T && said >= 0)
             snprintf(text, sizeof text, c->gains == 0 ? "%s" : c->per ? "%s/%g" : "%s*%g", known_units[said].name, gain);
         s->factor[kind][i] = factor;
-        if (kind != OF_T) refuse_other_unit(d, s, c, i, said);
-        if (s->first_file) add_field(d, kind, i, column, s->named && column > 0 ? &s->name[column - 1] : NULL, text, factor);
+        if (kind != OF_T) refuse_other_unit(d, s, c, i, said, other);
+        if (!s->first_file) continue;
+        add_field(d, kind, i, column, s->named && column > 0 ? &s->name[column - 1] : NULL, text, factor);
+        strcpy(d->fields[d->count - 1].foreign, other);
     }
 }
 
@@ -1477,7 +1545,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
         whole = mapped_numbers(d, w, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
     }
-    s->rows++, s->again = 0;
+    s->rows++;
     if (whole && s->used[OF_T] > 0) {
         const int at = *s->column[OF_T] - 1;
         stamp x;
@@ -1614,7 +1682,7 @@ static int read_mapped_heading(const motion *d, sheet *s, int comment)
              d->path, s->row, quoted(whole));
     }
     if (units) {
-        if (s->columns == 0) strcpy(s->units, s->text);
+        keep_units(d, s, s->columns == 0);
         return 0;
     }
     if (is_no_header(s)) {
@@ -2726,7 +2794,7 @@ static void refuse_heading(const motion *d, const sheet *s, int n)
 static int read_heading(const motion *d, sheet *s, int comment)
 {
     const int had = s->header_row > 0 && !s->comment, most = s->most;
-    if ((had || s->named) && is_same(s->text, s->header)) return 1;
+    if ((had || s->named) && is_same(s->text, s->header)) return s->again = 1;
     if (comment && (had || s->taken > 0)) return 0;
     if (!comment && (had || s->taken > 0)) {
         const int n = split(separator_of(s->text), s->text, most, s->w);
@@ -2734,11 +2802,12 @@ static int read_heading(const motion *d, sheet *s, int comment)
         const int last = n > 0 && s->taken == 0 && is_time(s->w[0]) && !is_time(s->name[0]); /* text, then the header */
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
-        if (unit > 0 && (s->unit <= 0 || s->taken == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
+        if (unit > 0 && (s->unit <= 0 || s->taken == 0 || s->again || unit == s->unit) && (named <= 0 || named == unit)) {
             int c = 1;
             while (c < kept && !is_other_unit(s->w[c]))
                 c++;
             if (c < kept && d->samples == 0 && s->unit <= 0) note_unit(d, s->row, c + 1, s->w[c]);
+            keep_units(d, s, s->taken == 0);
             s->unit = unit;
             return 0;
         }
@@ -2785,6 +2854,8 @@ static void read_file(motion *d, const wanted *w, const char *path)
             blank |= s.map ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
         else {
             const int before = d->samples;
+            if (s.again && *s.units) refuse_units(d, &s);
+            s.again = 0;
             if (s.map) add_mapped(d, w, &s);
             else add_sample(d, w, &s);
             if (d->samples == before) continue;
@@ -2821,7 +2892,7 @@ static void tell_columns(const motion *d, const pace *p)
         const int columns = f->kind == OF_TAU ? d->forces : d->N;
         const roln_real *x = f->kind == OF_T ? NULL : (f->kind == OF_Q ? d->q : f->kind == OF_QD ? d->qd : d->tau) + f->index;
         double low = HUGE_VAL, high = -HUGE_VAL;
-        char name[16], column[16], rate[60] = "";
+        char name[16], column[16], rate[60] = "", called[24];
         if (d->count > SHOWN && c == SHOWN / 2) say("    ...\n");
         if (d->count > SHOWN && c >= SHOWN / 2 && c < d->count - SHOWN / 4) continue;
         for (i = 0; i < d->samples; i++) {
@@ -2831,7 +2902,8 @@ static void tell_columns(const motion *d, const pace *p)
         snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);
         snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
         if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
-        say("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
+        put_short(called, f->name, (int)strlen(f->name), 20);
+        say("%7s  %-20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, called, name,
             f->kind == OF_T ? "s"
             : *f->unit      ? f->unit
                             : "as it is",

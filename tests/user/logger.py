@@ -426,15 +426,35 @@ def units_of_files():
     plain = PLAIN.strip()
     with_units = plain.replace("tau1", "tau1 [mNm]").replace("tau2", "tau2 [mNm]")
     in_nm = with_units.replace("mNm", "Nm")
-    for what, head in (("no unit", plain), ("an unknown unit", with_units.replace("mNm", "milliNm"))):
+    unknown = with_units.replace("mNm", "milliNm")
+    for what, head in (("no unit", plain), ("an unknown unit", unknown)):
         for files, at in (((with_units, head), 2), ((head, with_units), 2)):
             code, _, err = both(*files, *MAP)
             check(f"{what} in file {1 + (files[1] == head)}", code == 1 and re.match(
-                r".*/2\.csv:2: column 6, tau1, has (the unit mNm|no known unit), but (none|the unit mNm) in the first file\n"
+                r'.*/2\.csv:2: column 6, tau1, has (.*), but (?!\1)(the unit mNm|no unit|the unknown unit "milliNm") in the first '
+                r"file\n"
                 r"hint: .*tau=tau\?,mNm\n", err), f"{code} {err}")
             code, _, err = run("train", f"{folder}/1.csv", f"test={folder}/2.csv", *MAP, "steps=1", f"out={DIR}/o")
             check(f"{what} in file {1 + (files[1] == head)}, test=", code == 1 and re.match(
                 r".*/2\.csv:2: column 6, tau1, has .* in the first file\nhint: .*tau=tau\?,mNm\n", err), f"{code} {err}")
+    for files in (unknown, in_nm), (in_nm, unknown), (unknown, plain), (plain, unknown):
+        code, _, err = both(*files, *MAP)
+        check("an unknown unit beside Nm or none", code == 1 and re.match(
+            r'.*/2\.csv:2: column 6, tau1, has .*the unknown unit "milliNm".* in the first file\nhint: ', err), f"{code} {err}")
+    code, out, err = both(unknown, unknown, *MAP)
+    check("the same unknown unit", code == 0 and out.count("unknown") == 2, out + err)
+    # names that differ far behind their beginning, in another order and another unit
+    long = "/a_namespace_of_more_than_forty_letters_in_all/"
+    names = "t," + ",".join(long + x for x in ("q[0]", "q[1]", "dq[0]", "dq[1]", "tau[0] [mNm]", "tau[1] [mNm]"))
+    swapped = "t," + ",".join(long + x for x in ("q[1]", "q[0]", "dq[1]", "dq[0]", "tau[1] [Nm]", "tau[0] [Nm]"))
+    code, out, err = both(names, swapped, f"q={long}q*", f"qd={long}dq*", f"tau={long}tau*", scale=1)
+    parts = [[[float(v) for v in line.split()[1:]] for line in part.split("\n")] for part in
+             out[out.find("samples\n0:") + 8:].strip().split("\n\n")]
+    check("long names in another order", code == 0 and len(parts) == 2 and all(
+        abs(a[c] - b[c ^ 1]) < 1e-4 * (abs(a[c]) + 1) for a, b in zip(*parts) for c in range(8)), out[:900] + err)
+    check("long names: the table", re.search(r"^ +2  /a_namesp\.\._all/q\[0\]  q1 ", out, re.M) and
+          " of the first file" not in out, out)
+    check("an index in brackets is no unit", "its unit" not in out, out)
     tables = []
     for order in (0, 1, 2, 3, 4, 5), (1, 0, 3, 2, 5, 4):
         names = ["t"] + [plain.split(",")[1 + k] for k in order]
@@ -577,6 +597,14 @@ def refusals():
                 head + table(times, head="").replace(b"\n", b",1\n") for head in (
                     b"t,q1,q2,qd1,qd2,tau1,tau2,counts\n", b"t,q2,q1,qd2,qd1,tau2,tau1,counts\n")), "h.csv"), *MAP],
              r'.*h.csv:102: expected numbers, found "t,q2,q1,.*\nhint: another header'),
+            *[(f"{what}, {'a map' if words else 'no map'}", [write("".join(
+                PLAIN + units + table(times, head="").decode() for units in (first, second)), f"u{at}.csv"), *words],
+               rf'.*u{at}.csv:{line}: units unlike those below line 1\nhint: the same row of units')
+              for words in (MAP, []) for at, (what, first, second, line) in enumerate((
+                  ("two rows of units, Nm and mNm", "s,rad,rad,rad/s,rad/s,Nm,Nm\n", "s,rad,rad,rad/s,rad/s,mNm,mNm\n", 104),
+                  ("two rows of units, s and ms", "s,rad,rad,rad/s,rad/s,Nm,Nm\n", "ms,rad,rad,rad/s,rad/s,Nm,Nm\n", 104),
+                  ("a row of units below the second header alone", "", "s,rad,rad,deg/s,deg/s,Nm,Nm\n", 103),
+                  ("a row of units below the first header alone", "s,rad,rad,rad/s,rad/s,Nm,Nm\n", "", 104)))],
             ("a row of units between samples", [
                 write(table(times).replace(b"\n0.5,", b"\ns,rad,rad,rad/s,rad/s,Nm,Nm\n0.5,"), "u.csv"), *MAP],
              r'.*u.csv:52: expected numbers, found "s,rad'),
