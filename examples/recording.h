@@ -78,6 +78,8 @@ typedef struct {
     int mapped, clock;        /* nonzero: there is a column map; t is a time of the day */
     double unit;              /* of t, in s */
     int guessed;              /* nonzero: it follows from the size of t alone */
+    char foreign[24];         /* a unit of t that the last file names and nobody knows */
+    const char *in_unit, *in_none; /* the first file that says a unit of t other than s; that says none */
     double reach;             /* s on each side that the filter sees; 0: no filter */
     double kernel;            /* s on each side of the local cubics of resampling, which lessen noise; 0: there were none */
     int kept;                 /* nonzero: they made but the samples that were missing, and forces that are held */
@@ -581,6 +583,7 @@ typedef struct {
     long long zero;          /* what is taken from all of them */
     double unit;             /* of t, in s; 0: nothing said */
     int guessed;             /* nonzero: it follows from the size of t alone */
+    int unit_said;           /* nonzero: the file or the map says it */
     int header_row, comment; /* where the header stands, 0: none; nonzero: in a comment */
     int named, separators;   /* nonzero: the header names the columns; lines of separators alone */
     int most, taken;         /* room for columns; samples of this file so far */
@@ -896,7 +899,7 @@ static double time_of(const motion *d, sheet *s, piece w)
     read_stamp(s->apart, w, &t);
     if (s->taken == 0) {
         const double size = (double)t.whole + t.rest;
-        s->kind = (int)t.kind;
+        s->kind = (int)t.kind, s->unit_said = s->unit > 0;
         s->zero = size > 1e8 && size < 9e18 ? (long long)size : t.whole;
         s->guessed = t.kind == NUMBER && s->unit <= 0 && size > 9.5e11 && size < 4.2e18; /* of this century */
         if (s->guessed) s->unit = size < 4.2e12 ? 1e-3 : size > 9.5e14 && size < 4.2e15 ? 1e-6 : size > 9.5e17 ? 1e-9 : 0;
@@ -985,14 +988,35 @@ static void note_units(const motion *d, const sheet *s, int names)
     }
 }
 
+/* The unit of t: of the map, which s->unit holds, else of the name, else the text of a cell below it, which may be empty. Says that
+   it is unknown, unless the file before said the same one, and that file and map differ. */
+static void find_unit_of_t(motion *d, sheet *s, int column, piece name, piece cell)
+{
+    const double by_name = unit_in(name), said = by_name > 0 ? by_name : unit_of(cell);
+    piece text = cell.n > 0 && !is_missing(cell) ? cell : in_brackets(name);
+    char foreign[sizeof d->foreign];
+    if (s->unit > 0 && said > 0 && said != s->unit)
+        say("%s:%d: column %d, t, is in units of %g s, but t= says %g s, which counts\n", d->path, s->header_row, column, said,
+            s->unit);
+    if (s->unit > 0) return;
+    s->unit = said;
+    if (said > 0 || (text.n > 0 && is_digit(*text.at))) text.n = 0; /* time[0] */
+    put_short(foreign, text.at, text.n, (int)sizeof foreign - 1);
+    if (*foreign && strcmp(foreign, d->foreign) != 0)
+        say("warning: %s:%d: column %d: the unit \"%s\" of t is unknown: t is read as if it had none\n", d->path, s->header_row,
+            column, foreign);
+    strcpy(d->foreign, foreign);
+}
+
 /* The first sample tells what the columns are. */
 static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
 {
     const int most = s->most, names = read_names(d, s, n, most), had_qd = d->has_qd, had_tau = d->has_tau;
+    const piece none = {NULL, 0};
     columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
     check_names(d, s, names);
     s->named = names > 0;
-    if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
+    if (names > 0 && s->unit <= 0) find_unit_of_t(d, s, 1, s->name[0], none);
     s->columns = n;
     if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
     else {
@@ -1428,7 +1452,6 @@ static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
         if (at > s->last) s->last = at;
         if (s->first_file) add_field(d, OF_T, 0, at, at > 0 ? &s->name[at - 1] : NULL, "", 1);
     }
-    if (s->unit <= 0 && s->used[OF_T] > 0 && s->named) s->unit = unit_in(s->name[*s->column[OF_T] - 1]);
 }
 
 /* Refuses a column that is used twice. */
@@ -1457,6 +1480,7 @@ static int split_header(const sheet *s)
 static void begin_mapped(motion *d, const wanted *w, sheet *s, int n, int cells)
 {
     const int F = d->forces;
+    const piece none = {NULL, 0};
     int names = split_header(s), kind, units;
     if (names > s->most || n > s->most) fail("%s:%d: more than %d columns\nhint: take some out", d->path, s->row, s->most);
     if ((s->by_number || s->comment) && (names < n || names > cells)) names = 0;
@@ -1480,7 +1504,10 @@ static void begin_mapped(motion *d, const wanted *w, sheet *s, int n, int cells)
             fill_fields(d, s, &c, s->w, units);
         }
     check_once(d, s, w);
-    if (units > 0 && s->unit <= 0 && s->used[OF_T] > 0 && *s->column[OF_T] <= units) s->unit = unit_of(s->w[*s->column[OF_T] - 1]);
+    if (s->used[OF_T] > 0) {
+        const int at = *s->column[OF_T];
+        find_unit_of_t(d, s, at, s->named ? s->name[at - 1] : none, at <= units ? s->w[at - 1] : none);
+    }
 }
 
 /* Numbers of the columns of a kind, times their factors, to x. Returns 0 if one is missing. */
@@ -1868,19 +1895,30 @@ static void drop_wild(motion *d, const wanted *w)
     free(wild), free(off), free(sorted);
 }
 
-/* The largest of 1, 0.1 .. 1e-9 s of which all stamps are multiples; 0: none. */
+/* Nonzero if all stamps are multiples of a digit. */
+static int are_multiples(const motion *d, double digit)
+{
+    int i = 0;
+    while (i < d->samples && fabs(d->t[i] / digit) <= 1e11 && fabs(d->t[i] / digit - floor(d->t[i] / digit + 0.5)) <= 1e-3)
+        i++;
+    return i == d->samples;
+}
+
+/* The largest of 1, 0.1 .. 1e-9 s of which all stamps are multiples, or the last bit of a float of 32 bits that holds the largest
+   stamp; 0: none. */
 static double digit_of(const motion *d)
 {
-    double digit = 1;
-    int power, i;
-    for (power = 0; power < 10; power++, digit /= 10) {
-        for (i = 0; i < d->samples; i++) {
-            const double x = d->t[i] / digit;
-            if (fabs(x) > 1e11 || fabs(x - floor(x + 0.5)) > 1e-3) break;
-        }
-        if (i == d->samples) return digit;
-    }
-    return 0;
+    double digit = 1, bit, most = 0;
+    int power = 0, k, i;
+    while (power < 10 && !are_multiples(d, digit))
+        power++, digit /= 10;
+    if (power == 10) digit = 0;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k]; i < d->first[k + 1]; i++)
+            most = fmax(most, fabs(d->t[i] + d->origin[k]));
+    frexp(most, &power);
+    bit = ldexp(1, power - 24);
+    return bit > digit && are_multiples(d, bit) ? bit : digit;
 }
 
 /* Nonzero if stamps a_k + b n are within `off` of those of all recordings. */
@@ -1945,6 +1983,9 @@ static void set_clock(motion *d, const pace *p, const int *number)
     }
 }
 
+static const char *const more_digits = "write t with more digits; if rows are equally far apart, count them: t=none dt=0.01 q=2:3, "
+                                       "say, as in docs/training.md";
+
 /* The clock of steps that are not even: their median, some samples missing; or any, with stamps that are rounded. */
 static void find_clock(motion *d, pace *p, double median)
 {
@@ -1956,7 +1997,13 @@ static void find_clock(motion *d, pace *p, double median)
     missing.steady = median > 0 && fit_clock(d, &missing, 0.01 * median, number);
     rounded.steady = digit > 0 && fit_clock(d, &rounded, fmax(0.01 * p->mean, 0.55 * digit), number);
     if (missing.steady && (!rounded.steady || d->samples < 20 || 10 * missing.missing <= d->samples)) *p = missing;
-    else if (rounded.steady) *p = rounded;
+    else if (rounded.steady) {
+        const double b = rounded.mean, off = 0.55 * digit;
+        if (digit > 0.5 * b && (clock_fits(d, 1.01 * b, off, number) || clock_fits(d, 0.99 * b, off, number)))
+            fail("%s: t is rounded to %g s, and recordings are so short that their rate is uncertain by more than 1 %%\nhint: %s",
+                 d->path, digit, more_digits);
+        *p = rounded;
+    }
     if (p->steady && fit_clock(d, p, fmax(0.01 * p->mean, 0.55 * p->digit), number)) set_clock(d, p, number);
     free(number);
 }
@@ -1987,9 +2034,7 @@ static pace find_pace(motion *d)
     if (p.even) return p;
     if (p.mean > 0) find_clock(d, &p, median);
     if (!p.steady && 20 * twice > steps)
-        fail("%s: %d of %d steps of t are 0; possible cause: too few digits of t\nhint: write t with more digits; if rows are "
-             "equally far apart, count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
-             d->path, twice, steps);
+        fail("%s: %d of %d steps of t are 0; possible cause: too few digits of t\nhint: %s", d->path, twice, steps, more_digits);
     if (!p.steady && !(p.digit > 0.3 * median) && fabs(median - p.mean) < 0.2 * p.mean) p.mean = median;
     return p;
 }
@@ -2368,6 +2413,17 @@ static double usual_step(const motion *d, int k)
     return sum / near;
 }
 
+/* The longest step of recording k that is no gap: of its own steps, unless five samples would not fill one. */
+static double longest_step(const motion *d, int k, double dt)
+{
+    const double usual = usual_step(d, k);
+    if (usual > GAP * dt && d->first[k + 1] - d->first[k] >= 20)
+        fail("%s:%d: steps of t are %.3g s, but in all recordings %.3g s\nhint: t in another unit says so by its name, t_ms say; a "
+             "slower rate of all recordings: dt=%.3g",
+             d->file[k], d->line[d->first[k]], usual, dt, usual);
+    return GAP * (usual > GAP * dt ? dt : fmax(dt, usual));
+}
+
 /* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
    lose half of it at both ends, where the filter sees too little of a side. exact: samples at the new times stay as they are. Gaps
    split recordings. */
@@ -2380,7 +2436,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     for (k = 0; k < d->trajectories; k++) {
         const int n = d->first[k + 1] - d->first[k];
         const double all = n > 1 ? d->t[d->first[k + 1] - 1] - d->t[d->first[k]] : 0;
-        time += fmin(all / dt, (n - 1) * (GAP * fmax(dt, usual_step(d, k)) / dt)) + 2;
+        time += fmin(all / dt, (n - 1) * (longest_step(d, k, dt) / dt)) + 2;
     }
     if (time * fmax(d->N, d->forces) > INT_MAX)
         fail("%s: at steps of %g s there are more than 2^31 numbers\nhint: a longer dt=, or leave recordings out", d->path, dt);
@@ -2389,7 +2445,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     make_room(&e, (int)time + d->trajectories);
     for (k = 0; k < d->trajectories; k++) {
         const int begin = d->first[k], end = d->first[k + 1];
-        const double limit = GAP * fmax(dt, usual_step(d, k));
+        const double limit = longest_step(d, k, dt);
         for (a = i = begin; i < end; i++) {
             int count;
             if (i + 1 < end && d->t[i + 1] - d->t[i] <= limit) continue;
@@ -2575,7 +2631,8 @@ static void check_motion(motion *d, const wanted *w)
     check_turns(d, w->angles, w->each);
     if (d->has_qd) check_velocities(d, w);
     check_constant(d, w);
-    if (d->dt >= 0.2) say("warning: %s: samples are %g s apart; possible cause: t is not in seconds\n", d->path, d->dt);
+    if (d->dt >= 0.2 || d->dt < 2e-5)
+        say("warning: %s: samples are %g s apart; possible cause: t is not in seconds\n", d->path, d->dt);
 }
 
 /* What is said of the new rate. */
@@ -2837,6 +2894,18 @@ static void tell_time(const motion *d)
     if (d->unit != 1) say("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
 }
 
+/* Refuses a file whose t has a unit other than s, if another file says none, or the other way round. */
+static void check_unit_of_t(motion *d, const sheet *s)
+{
+    const int unit = s->unit_said && s->unit != 1, none = !s->unit_said && !s->guessed;
+    if (s->kind != NUMBER || (s->map && s->used[OF_T] == 0)) return;
+    if ((unit && d->in_none) || (none && d->in_unit))
+        fail("%s:%d: t has %s unit, unlike in %s\nhint: name its unit in all files, t_ms say, or in the map: t=1,ms", d->path,
+             s->header_row > 0 ? s->header_row : 1, unit ? "a" : "no", unit ? d->in_none : d->in_unit);
+    if (unit && !d->in_unit) d->in_unit = d->path;
+    if (none && !d->in_none) d->in_none = d->path;
+}
+
 /* Reads a file, behind those that were read before. */
 static void read_file(motion *d, const wanted *w, const char *path)
 {
@@ -2873,6 +2942,7 @@ static void read_file(motion *d, const wanted *w, const char *path)
             "%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time; "
             "other columns: q=3:8, say",
             path);
+    check_unit_of_t(d, &s);
     if (d->unit <= 0) d->unit = s.unit, d->guessed = s.guessed;
     d->clock |= s.kind == CLOCK;
     free(s.text), free(s.header), free(s.v), free(s.w), free(s.name), free(s.units);
@@ -2936,6 +3006,7 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
         fail("%s: a column map needs q=\nhint: q=2:3 qd=4:5 tau=6:7, say", d.path);
     if (w->half > 0 && w->filter > 0)
         fail("%s: smooth=%d and filter=%g\nhint: one of them; filter= takes q, qd and tau alike", d.path, w->half, w->filter);
+    if (w->like) d.in_unit = w->like->in_unit, d.in_none = w->like->in_none;
     for (k = 0; k < files; k++)
         read_file(&d, w, paths[k]);
     snprintf(several, sizeof several, "%d files", files);

@@ -10,6 +10,7 @@ import os
 import random
 import re
 import shutil
+import struct
 import subprocess
 import sys
 
@@ -165,6 +166,18 @@ def clocks():
     near("stamps rounded to ms", parts[0], 0, 0.003125, 1e-5, None, (0, 1, 2, 3, 6, 7))
     dt, parts, said = read("stamps rounded to 10 ms", write(table(clock, ["%.2f" % t for t in clock])), *MAP)
     check("stamps rounded to 10 ms", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-6, said)
+
+    for seconds, rate, refused in (2.4, 40, True), (8, 12, True), (40, 12, False):
+        rows = [i / rate for i in range(int(seconds * rate))]
+        text = write(table(rows, ["%d" % (7 + t + 1e-9) for t in rows]), "whole.csv")
+        code, out, err = run("recording", text, *MAP, "N=2", "filter=off")
+        told = re.match(r".*whole.csv: t is rounded to 1 s, and recordings are so short .*\nhint: .* t=none dt=", err)
+        check(f"stamps rounded to a second, of {seconds} s", code == refused and bool(told) == refused, out[:300] + err)
+    part = [t for t in clock if t < 10]
+    for form in "%.7f", "%.6f":
+        floats = [form % struct.unpack("f", struct.pack("f", 1e5 + t))[0] for t in part]
+        dt, parts, said = read("stamps of 32 bits", write(table(part, floats)), *MAP)
+        check(f"stamps of 32 bits, {form}", len(parts[0]) == 3200 and "clock of 3.125 ms rounded to 7.81 ms" in said, said)
 
     some = [t for t in even if rng.random() > 0.05 or t in (even[0], even[-1])]
     dt, parts, said = read("5 % missing", write(table(some)), *MAP, "filter=off")
@@ -475,6 +488,32 @@ def units_of_files():
     check("other names", code == 0 and re.search(
         r"^.*/2\.csv:1: column 6 is called torque1, tau1 of the first file is tau1$", out, re.M), out[:500])
     swapped = plain.replace("tau1,tau2", "tau2,tau1")
+    # units of t: of some files alone, unknown, not that of the map
+    code, _, err = both("t_ms" + plain[1:], plain, *MAP)
+    check("a unit of t in the first file alone", code == 1 and re.match(
+        r".*/2\.csv:1: t has no unit, unlike in .*/1\.csv\nhint: .*t=1,ms", err), f"{code} {err}")
+    code, _, err = both(plain, "t_ms" + plain[1:])
+    check("a unit of t in the second file alone, no map", code == 1 and re.match(
+        r".*/2\.csv:1: t has a unit, unlike in .*/1\.csv\nhint: ", err), f"{code} {err}")
+    code, _, err = run("train", f"{folder}/1.csv", f"test={folder}/2.csv", *MAP, "steps=1", f"out={DIR}/o")
+    check("a unit of t in test= alone", code == 1 and re.match(r".*/2\.csv:1: t has a unit, unlike in .*/1\.csv\n", err), err)
+    for head, words in ((plain, ["t=1,ms"]), ("t [s]" + plain[1:], []), ("t [ms]" + plain[1:], ["t=1,s"])):
+        code, out, err = both(head, plain, *MAP, *words)
+        check(f"units of t that agree: {head[:6]} {words}", code == 0, f"{code} {err}")
+    check("a unit of t that is not that of the map",
+          out.count("1.csv:1: column 1, t, is in units of 0.001 s, but t= says 1 s") == 1, out)
+    for words in MAP, []:
+        code, out, _ = both("t [days]" + plain[1:], "t [days]" + plain[1:], *words)
+        check("an unknown unit of t", code == 0 and out.count('column 1: the unit "days" of t is unknown') == 1, out[:500])
+    shutil.rmtree(folder)
+    for name, by in ("1.csv", 1), ("2.csv", 1), ("3.csv", 1000):
+        write(table(times, ["%.9g" % (by * t) for t in times]), f"two/{name}")
+    code, out, err = run("recording", folder, *MAP, "N=2")
+    check("a file of other steps", code == 1 and re.match(
+        r".*/3\.csv:2: steps of t are 10 s, but in all recordings 0\.01 s\nhint: .*dt=10\n", err), f"{code} {out[:500]}{err}")
+    write(table([1e-3 * t for t in times]), "fast.csv")
+    code, out, err = run("recording", f"{DIR}/fast.csv", *MAP, "N=2", "filter=off")
+    check("a rate of 100 kHz", "fast.csv: samples are 1e-05 s apart; possible cause: t is not in seconds" in out, out)
     code, _, err = both(plain, swapped, *MAP[:2], "tau=tau1,0")     # the second joint has no motor
     check("names, and a joint without motor", code == 0, err)
     code, out, _ = both(plain, swapped, *MAP[:2], "tau=t?u2,0")
