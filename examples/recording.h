@@ -79,6 +79,7 @@ typedef struct {
     double unit;              /* of t, in s */
     int guessed;              /* nonzero: it follows from the size of t alone */
     char foreign[24];         /* a unit of t that the last file names and nobody knows */
+    char noted[24];           /* without a column map: the last file's first unit that would change numbers; empty: none */
     const char *in_unit, *in_none; /* the first file that says a unit of t other than s; that says none */
     double reach;             /* s on each side that the filter sees; 0: no filter */
     double kernel;            /* s on each side of the local cubics of resampling, which lessen noise; 0: there were none */
@@ -93,6 +94,7 @@ typedef struct {
     const char *model;
     int N, inputs;   /* inputs of a learned input map, 0: none */
     int torque;      /* nonzero: tau is needed */
+    int driven;      /* nonzero: some joints are driven, so the torques of the others may be 0 */
     int own_unit;    /* nonzero: tau in a unit that follows from its size: Nm, mNm and lbf ft become the same bits */
     int half;        /* samples on each side that positions are smoothed over, 0: not */
     int qd_unused;   /* nonzero: q alone is used */
@@ -551,13 +553,6 @@ static piece in_brackets(piece name)
     return unit;
 }
 
-/* Without a column map only the unit of t counts: tells it of a unit that would change numbers. */
-static void note_unit(const motion *d, int row, int column, piece unit)
-{
-    say("%s:%d: column %d: its unit \"%s\" counts with a column map alone, such as q=2:%d; the numbers are taken as they are\n",
-        d->path, row, column, quoted(unit), d->N + 1);
-}
-
 /* The unit that the name of t ends with: ms, t_ms, time [ms], t(ms), t/ms; 0: none. */
 static double unit_in(piece w)
 {
@@ -597,6 +592,7 @@ typedef struct {
     double *v;
     piece *w, *name; /* of the line; of the header */
     char *text, *header, *units; /* units: the row of units below the header */
+    int units_row;
 } sheet;
 
 /* Nonzero if a name begins with a stem, in letters of either kind. */
@@ -712,11 +708,23 @@ static void columns_are(motion *d, const wanted *w, int row, int n, int named)
                  : "record them, or leave torque=1 out");
 }
 
-/* Refuses a header that says q1, qd1, tau1 of columns that are something else. */
+/* The number in a name such as q1, tau_2, qd[3]; -1: there is none. */
+static int number_in(piece w)
+{
+    int i = 0, x = 0;
+    while (i < w.n && !is_digit(w.at[i]))
+        i++;
+    if (i == w.n) return -1;
+    while (i < w.n && is_digit(w.at[i]) && x < 100000)
+        x = 10 * x + w.at[i++] - '0';
+    return x;
+}
+
+/* Refuses a header that says q1, qd1, tau1 of columns that are something else, or joints in another order. */
 static void check_names(const motion *d, const sheet *s, int names)
 {
     static const char *const kinds[] = {"t", "q", "qd", "tau"};
-    int c;
+    int before = -1, kind = 0, c;
     for (c = 0; c < names; c++) {
         const piece w = s->name[c];
         const int is = c == 0 ? 0 : c <= d->N ? 1 : c <= 2 * d->N && d->has_qd ? 2 : 3;
@@ -729,6 +737,13 @@ static void check_names(const motion *d, const sheet *s, int names)
                 "%s:%d: column %d is called \"%s\", but stands where %s is expected\nhint: the order is t, all q, all qd, all tau; "
                 "the model has %d joints",
                 d->path, s->header_row, c + 1, quoted(w), kinds[is], d->N);
+        if (is != kind) before = -1, kind = is;
+        if (c == 0 || !(is_numbered(w, kinds[is]) || is_numbered(w, is == 2 ? "dq" : "u"))) continue;
+        if (number_in(w) >= 0 && number_in(w) <= before)
+            fail("%s:%d: column %d is called \"%s\", but stands behind \"%s\"\nhint: joints in the same order in q, qd and tau; a "
+                 "column map takes any order: q=2:3, or by names",
+                 d->path, s->header_row, c + 1, quoted(w), quoted(s->name[c - 1]));
+        before = number_in(w);
     }
 }
 
@@ -840,7 +855,7 @@ static void refuse_units(const motion *d, const sheet *s)
 /* The line is a row of units below the first header, or below one that is repeated. */
 static void keep_units(const motion *d, sheet *s, int first)
 {
-    if (first) strcpy(s->units, s->text);
+    if (first) strcpy(s->units, s->text), s->units_row = s->row;
     else if (!is_same(s->units, s->text)) refuse_units(d, s);
     s->again = 0;
 }
@@ -939,6 +954,40 @@ static void read_numbers(const motion *d, sheet *s, int n)
     }
 }
 
+/* A name without the unit in brackets behind it. A number in brackets is an index, which is a part of the name: q[0] [deg]. */
+static piece bare(piece name)
+{
+    int i, end;
+    for (i = 1; i < name.n; i++)
+        if (name.at[i] == '[' || name.at[i] == '(') {
+            for (end = i + 1; end < name.n && is_digit(name.at[end]);)
+                end++;
+            if (end > i + 1 && end < name.n && strchr("])", name.at[end])) continue;
+            while (i > 0 && name.at[i - 1] == ' ')
+                i--;
+            if (strchr("])", name.at[name.n - 1])) name.n = i;
+            break;
+        }
+    return name;
+}
+
+static piece field_name(const field *f)
+{
+    piece w;
+    w.at = f->name, w.n = (int)strlen(f->name);
+    return w;
+}
+
+/* Nonzero if a column of the first file has this name, in whatever unit. */
+static int has_name(const field *f, piece name)
+{
+    const piece first = bare(field_name(f)), other = bare(name);
+    int i = 0;
+    while (i < first.n && i < other.n && first.at[i] == printable(other.at[i]))
+        i++;
+    return i == first.n && i == other.n;
+}
+
 /* All files have qd and tau, or none has. */
 static void check_alike(const motion *d, const sheet *s, int had_qd, int had_tau)
 {
@@ -973,19 +1022,62 @@ static void plain_fields(motion *d, const sheet *s, int names)
     }
 }
 
-/* Tells of the first unit in a name that would change numbers. */
-static void note_units(const motion *d, const sheet *s, int names)
+/* The first unit that would change numbers, its column and line: of a name, or of the row of units below it. Empty: none. */
+static piece other_unit(const motion *d, sheet *s, int names, int *column, int *row)
 {
-    int c, ending;
+    int units, c, ending;
+    piece unit = {NULL, 0};
+    *row = s->header_row;
     for (c = 1; c < names && c < d->count; c++) {
-        piece unit = in_brackets(s->name[c]);
+        unit = in_brackets(s->name[c]), *column = c + 1;
         if (unit.n == 0 && (ending = unit_ending(d->fields[c].kind, s->name[c])) >= 0)
             unit.at = known_units[ending].name, unit.n = (int)strlen(unit.at);
-        if (is_other_unit(unit)) {
-            note_unit(d, s->header_row, c + 1, unit);
-            return;
-        }
+        if (is_other_unit(unit)) return unit;
     }
+    *row = s->units_row, units = split(separator_of(s->units), s->units, s->most, s->name);
+    for (c = 1; c < units && c < d->count; c++) {
+        unit = s->name[c], *column = c + 1;
+        if (is_other_unit(unit)) return unit;
+    }
+    unit.n = 0;
+    return unit;
+}
+
+/* Without a column map only the unit of t counts. Tells of a unit that would change numbers, unless the file before has it, and of
+   none where the file before has one. */
+static void note_units(motion *d, sheet *s, int names)
+{
+    int column = 0, row = 0;
+    const piece unit = other_unit(d, s, names, &column, &row);
+    char text[sizeof d->noted];
+    put_short(text, unit.at, unit.n, (int)sizeof text - 1);
+    if (strcmp(text, d->noted) == 0) return;
+    if (*text)
+        say("%s:%d: column %d: its unit \"%s\" counts with a column map alone, such as q=2:%d; the numbers are taken as they are\n",
+            d->path, row, column, text, d->N + 1);
+    else
+        say("warning: %s:%d: no unit here, but \"%s\" in the file before: units count with a column map alone, such as q=2:%d\n",
+            d->path, s->header_row > 0 ? s->header_row : 1, d->noted, d->N + 1);
+    strcpy(d->noted, text);
+}
+
+/* The columns of all files have the names of the first one, f [count]. A name that another column has there is refused; the first
+   of the others is told. */
+static void compare_names(const motion *d, const sheet *s, int names, const field *f, int count)
+{
+    int other = 0, c, k;
+    for (c = 1; c < names && c < count; c++) {
+        if (strcmp(f[c].name, "-") == 0 || has_name(&f[c], s->name[c])) continue;
+        for (k = 1; k < count; k++)
+            if (has_name(&f[k], s->name[c]))
+                fail("%s:%d: column %d is called %s, but stands where %s is in the first file\nhint: the same order of columns in "
+                     "all files; a column map with names takes any order",
+                     d->path, s->header_row, c + 1, quoted(s->name[c]), quoted(field_name(&f[c])));
+        if (!other) other = c;
+    }
+    if (other > 0)
+        say("%s:%d: column %d is called %s, that of the first file %s\n", d->path, s->header_row, other + 1, quoted(s->name[other]),
+            quoted(field_name(&f[other])));
 }
 
 /* The unit of t: of the map, which s->unit holds, else of the name, else the text of a cell below it, which may be empty. Says that
@@ -1018,11 +1110,11 @@ static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
     s->named = names > 0;
     if (names > 0 && s->unit <= 0) find_unit_of_t(d, s, 1, s->name[0], none);
     s->columns = n;
+    if (w->like) compare_names(d, s, names, w->like->fields, w->like->count);
+    else if (d->samples > 0) compare_names(d, s, names, d->fields, d->count);
     if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
-    else {
-        plain_fields(d, s, names);
-        note_units(d, s, names);
-    }
+    else plain_fields(d, s, names);
+    note_units(d, s, names);
 }
 
 /* The time and the line of a sample, which is then complete. */
@@ -1093,23 +1185,6 @@ static int fits(const char *pattern, int m, const char *name, int n)
     for (; n >= 0; name++, n--)
         if (fits(pattern + 1, m - 1, name, n)) return 1;
     return 0;
-}
-
-/* A name without the unit in brackets behind it. A number in brackets is an index, which is a part of the name: q[0] [deg]. */
-static piece bare(piece name)
-{
-    int i, end;
-    for (i = 1; i < name.n; i++)
-        if (name.at[i] == '[' || name.at[i] == '(') {
-            for (end = i + 1; end < name.n && is_digit(name.at[end]);)
-                end++;
-            if (end > i + 1 && end < name.n && strchr("])", name.at[end])) continue;
-            while (i > 0 && name.at[i - 1] == ' ')
-                i--;
-            if (strchr("])", name.at[name.n - 1])) name.n = i;
-            break;
-        }
-    return name;
 }
 
 /* One setting of the map while it is read: KEY=COLUMNS[,UNIT[*GAINS]]. */
@@ -1351,23 +1426,6 @@ static void refuse_other_unit(const motion *d, const sheet *s, const choice *c, 
          *known           ? known
          : first->unit[0] ? first->unit
                           : "raw");
-}
-
-static piece field_name(const field *f)
-{
-    piece w;
-    w.at = f->name, w.n = (int)strlen(f->name);
-    return w;
-}
-
-/* Nonzero if a column of the first file has this name, in whatever unit. */
-static int has_name(const field *f, piece name)
-{
-    const piece first = bare(field_name(f)), other = bare(name);
-    int i = 0;
-    while (i < first.n && i < other.n && first.at[i] == printable(other.at[i]))
-        i++;
-    return i == first.n && i == other.n;
 }
 
 /* A pattern takes the columns of each file in the order of the first one, by their names. Says which names differ. */
@@ -2182,7 +2240,7 @@ static int is_zero(const motion *d, const roln_real *x, int columns, int j)
 static void check_constant(const motion *d, const wanted *w)
 {
     const char *const force = w->inputs > 0 ? "u" : "tau";
-    int j;
+    int zero = 0, j;
     for (j = 0; j < d->N; j++) {
         const int moves = changes(d, d->q, d->N, j), use = d->has_qd && !w->qd_unused, turns = use && changes(d, d->qd, d->N, j);
         if (!moves)
@@ -2192,10 +2250,14 @@ static void check_constant(const motion *d, const wanted *w)
             say("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
     }
     for (j = 0; j < d->forces && d->has_tau && w->torque; j++) {
-        if (is_zero(d, d->tau, d->forces, j)) say("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
+        if (is_zero(d, d->tau, d->forces, j)) zero++, say("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
         else if (!changes(d, d->tau, d->forces, j))
             say("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
     }
+    if (zero == d->forces && !w->driven && !w->like)
+        fail("%s: torque=1, but every %s is 0: there is nothing to learn torques from\nhint: record torques that are not 0, or "
+             "leave torque=1 out",
+             d->path, force);
 }
 
 /* Angles are carried on over whole turns: from sample to sample by the shorter way. */
@@ -2860,10 +2922,6 @@ static int read_heading(const motion *d, sheet *s, int comment)
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
         if (unit > 0 && (s->unit <= 0 || s->taken == 0 || s->again || unit == s->unit) && (named <= 0 || named == unit)) {
-            int c = 1;
-            while (c < kept && !is_other_unit(s->w[c]))
-                c++;
-            if (c < kept && d->samples == 0 && s->unit <= 0) note_unit(d, s->row, c + 1, s->w[c]);
             keep_units(d, s, s->taken == 0);
             s->unit = unit;
             return 0;
@@ -2876,7 +2934,7 @@ static int read_heading(const motion *d, sheet *s, int comment)
         }
     }
     strcpy(s->header, s->text);
-    s->header_row = s->row, s->comment = comment;
+    s->header_row = s->row, s->comment = comment, *s->units = 0;
     return 0;
 }
 
@@ -3006,7 +3064,7 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
         fail("%s: a column map needs q=\nhint: q=2:3 qd=4:5 tau=6:7, say", d.path);
     if (w->half > 0 && w->filter > 0)
         fail("%s: smooth=%d and filter=%g\nhint: one of them; filter= takes q, qd and tau alike", d.path, w->half, w->filter);
-    if (w->like) d.in_unit = w->like->in_unit, d.in_none = w->like->in_none;
+    if (w->like) d.in_unit = w->like->in_unit, d.in_none = w->like->in_none, strcpy(d.noted, w->like->noted);
     for (k = 0; k < files; k++)
         read_file(&d, w, paths[k]);
     snprintf(several, sizeof several, "%d files", files);

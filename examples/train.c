@@ -1548,6 +1548,7 @@ static void read_all(void)
     for (k = T_COLUMN; k <= FILTER; k++)
         if (words[k].value) read_key(&w, words[k].key, words[k].value);
     w.torque = set("torque") > 0, w.half = (int)set("smooth"), w.dt = set("dt");
+    w.driven = (int)M(driven) > 0;
     w.own_unit = w.torque && (int)M(inputs) == 0 && (int)M(actuator) == 0 && (int)M(driven) == 0 &&
                  !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
     if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1;

@@ -488,6 +488,27 @@ def units_of_files():
     check("other names", code == 0 and re.search(
         r"^.*/2\.csv:1: column 6 is called torque1, tau1 of the first file is tau1$", out, re.M), out[:500])
     swapped = plain.replace("tau1,tau2", "tau2,tau1")
+    # without a map: names and units of a later file
+    for words in [], ["test"]:
+        def later(second):
+            code, out, err = both(plain.replace("q1,q2", "hip,knee"), second)
+            if words and code < 2:
+                code, out, err = run("train", f"{folder}/1.csv", f"test={folder}/2.csv", "steps=1", f"out={DIR}/o")
+            return code, out, err
+        code, _, err = later(plain.replace("q1,q2", "knee,hip"))
+        check("no map, names in another order", code == 1 and re.match(
+            r".*/2\.csv:1: column 2 is called knee, but stands where hip is in the first file\nhint: ", err), f"{code} {err}")
+        code, out, err = later(plain.replace("q1,q2", "hip,ankle"))
+        check("no map, other names", code in (0, 3) and out.count(
+            "2.csv:1: column 3 is called ankle, that of the first file knee\n") == 1, f"{code} {out[:500]}{err}")
+        for second in plain.replace("q1", "hip_deg").replace("q2", "knee_deg"), plain.replace(
+                "q1,q2", "hip,knee") + "\ns,deg,deg,deg/s,deg/s,Nm,Nm":
+            code, out, err = later(second)
+            check("no map, a unit in the second file", code in (0, 3) and re.search(
+                r'2\.csv:\d: column 2: its unit "deg" counts with a column map alone', out), f"{code} {out[:500]}{err}")
+    code, out, err = both(plain + "\ns,deg,deg,deg/s,deg/s,Nm,Nm", plain)
+    check("no map, a unit in the first file alone", code == 0 and out.count("counts with a column map alone") == 1 and
+          'warning: build/logger/two/2.csv:1: no unit here, but "deg" in the file before' in out, out[:500] + err)
     # units of t: of some files alone, unknown, not that of the map
     code, _, err = both("t_ms" + plain[1:], plain, *MAP)
     check("a unit of t in the first file alone", code == 1 and re.match(
