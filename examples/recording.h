@@ -13,11 +13,13 @@
    t        seconds; other units if the header or a row of units below it says so: t_ms, time [us], "ms;deg;deg"; also seconds,
             milliseconds, microseconds or nanoseconds since 1970; date and time of ISO 8601, or hh:mm:ss
    header   one name a column, or none; lines of text before it, whose first piece is no number and no time, and lines that begin
-            with #, % or //, are not read. A name that contradicts the order of columns is refused
+            with #, % or //, are not read. A name that contradicts the order of columns, or that of joints, is refused
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
    A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it
    does not name may hold anything; rows that lack a number or a cell are left out; tau is the force at the time of its sample.
+
+   Names and units of a file are compared with those of the first one. A last row that is cut off is left out.
 
    Steps of t that differ by more than 1 % are brought to one rate by local cubics (resample.h), and gaps split recordings. If the
    spectrum shows noise, q, qd and tau pass the same filter without phase. Recordings of even steps and without noise stay as they
@@ -87,6 +89,7 @@ typedef struct {
     int left_out, short_left; /* rows without a number; samples between gaps that are too close */
     int lost;                 /* of those rows: with fewer cells than columns */
     int gaps, filled;         /* of resampling: where recordings were split; samples that were missing */
+    double apart;             /* s of those gaps */
 } motion;
 
 /* What a model asks of a file. */
@@ -571,6 +574,7 @@ static double unit_in(piece w)
 typedef struct {
     FILE *f;
     int lines, row, columns; /* lines of the file; the line that was read last, its columns */
+    int cut;                 /* nonzero: the line has no end, so it is the last one, and perhaps cut off */
     int cells;               /* with a column map: of the first sample, with empty ones at its end */
     int *line, size;         /* size of text and of header */
     char apart, mark;        /* between columns; in numbers: a point or a comma; 0: none yet */
@@ -810,6 +814,19 @@ static sheet open_sheet(motion *d, const wanted *w)
     return s;
 }
 
+/* Refuses the first n bytes of a file if they are those of a compressed one. */
+static void refuse_compressed(const char *path, const char *text, int n)
+{
+    static const struct {
+        const char *mark, *name;
+    } kinds[] = {{"\x1f\x8b", "gzip"}, {"PK\x03\x04", "zip, as a spreadsheet is"}, {"BZh", "bzip2"}, {"\xfd" "7zXZ", "xz"},
+                 {"\x28\xb5\x2f\xfd", "zstd"}};
+    size_t i;
+    for (i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (n > (int)strlen(kinds[i].mark) && memcmp(text, kinds[i].mark, strlen(kinds[i].mark)) == 0)
+            fail("%s: compressed (%s)\nhint: unpack it to a CSV first", path, kinds[i].name);
+}
+
 /* The next line of text, without its end, and without the marks that some programs begin a file with, which stand in the middle of
    files that are put after each other. Returns 0 at the end of the file, which is where it was when lines were counted: there is no
    room for more. */
@@ -821,7 +838,8 @@ static int next_line(const char *path, sheet *s)
         fail("%s: %s than when its lines were counted; possible cause: %s\nhint: copy it to a file that nobody writes", path,
              n > 0 ? "longer" : "shorter", n > 0 ? "a logger still writes it" : "a pipe");
     if (n == 0) return 0;
-    s->row++;
+    if (s->row++ == 0) refuse_compressed(path, s->text, n);
+    s->cut = s->text[n - 1] != '\n';
     if (memchr(s->text, 0, (size_t)n) ||
         (s->row == 1 && (memcmp(s->text, "\xff\xfe", 2) == 0 || memcmp(s->text, "\xfe\xff", 2) == 0)))
         fail("%s:%d: a byte 0, or a mark of UTF-16, which no CSV has; possible cause: UTF-16, a damaged file\n"
@@ -1147,6 +1165,24 @@ static void keep_torque(motion *d, const wanted *w, int i, double v)
     d->tau[at] = (roln_real)(v / unit_of_tau(d));
 }
 
+/* Nonzero if a row of n pieces is the last line of the file, has no end, and is cut off: it has fewer columns than the others, or
+   ends in a column that is used, and its last piece is no number. Says so. */
+static int is_cut_off(const motion *d, const sheet *s, int n)
+{
+    const piece last = n > 0 && n <= s->most ? s->w[n - 1] : s->w[0];
+    int kind, i, used = !s->map, time = n == 1;
+    stamp t;
+    double x;
+    if (!s->cut || n == 0 || n > s->columns) return 0;
+    for (kind = 0; kind < KINDS; kind++)
+        for (i = 0; i < s->used[kind]; i++)
+            if (s->column[kind][i] == n) used = 1, time = kind == OF_T;
+    if (!used || ((s->map || n == s->columns) && (time ? read_stamp(s->apart, last, &t) : number(s->apart, last, &x)))) return 0;
+    if (n == s->columns && last.n > 1 && is_missing(last)) return 0;
+    say("%s:%d: the file ends in the middle of this row, which is left out\n", d->path, s->row);
+    return 1;
+}
+
 /* The line read last becomes a sample. */
 static void add_sample(motion *d, const wanted *w, sheet *s)
 {
@@ -1155,6 +1191,7 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     int n, i;
     if (s->apart == 0) s->apart = separator_of(s->text);
     n = split(s->apart, s->text, most, s->w);
+    if (is_cut_off(d, s, n)) return;
     refuse_text(d, s, n < most ? n : most);
     if (s->columns == 0) begin_samples(d, w, s, n);
     if (n != s->columns)
@@ -1481,15 +1518,12 @@ static void fill_fields(motion *d, sheet *s, const choice *c, const piece *unit,
     }
 }
 
-/* The column of time, if the map does not say: the one of the header with such a name; 0: there is none. */
-static int time_column(const sheet *s, int names)
+/* The column of time, if the map does not say: the first one of the header with such a name, 0: none; *other: the second one. */
+static int time_column(const sheet *s, int names, int *other)
 {
     int at = 0, i;
-    for (i = 0; i < names; i++)
-        if (is_time(s->name[i])) {
-            if (at > 0) return 0;
-            at = i + 1;
-        }
+    for (i = 0; i < names && *other == 0; i++)
+        if (is_time(s->name[i])) *(at > 0 ? other : &at) = i + 1;
     return at;
 }
 
@@ -1501,14 +1535,18 @@ static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
         if (c.gains > 0) s->unit = c.gain[0];
         fill_fields(d, s, &c, NULL, 0);
     } else {
-        const int at = w->columns[OF_T] ? 0 : time_column(s, names);
+        int other = 0;
+        const int at = w->columns[OF_T] ? 0 : time_column(s, names, &other);
+        if (other > 0 && !(w->dt > 0))
+            fail("%s:%d: columns %d and %d, \"%s\" and \"%s\", are both called a time\nhint: name the one that counts: t=%d, say",
+                 d->path, s->header_row, at, other, quoted(s->name[at - 1]), quoted(s->name[other - 1]), at);
         if (at == 0 && !(w->dt > 0))
             fail("%s:%d: no column is called a time\nhint: name it: t=1, say; if there is none, dt=0.01: 10 ms from row to row",
                  d->path, s->row);
         s->column[OF_T] = room(1, sizeof **s->column);
-        *s->column[OF_T] = at, s->used[OF_T] = at > 0;
-        if (at > s->last) s->last = at;
-        if (s->first_file) add_field(d, OF_T, 0, at, at > 0 ? &s->name[at - 1] : NULL, "", 1);
+        *s->column[OF_T] = other > 0 ? 0 : at, s->used[OF_T] = *s->column[OF_T] > 0;
+        if (*s->column[OF_T] > s->last) s->last = at;
+        if (s->first_file) add_field(d, OF_T, 0, *s->column[OF_T], s->used[OF_T] ? &s->name[at - 1] : NULL, "", 1);
     }
 }
 
@@ -1622,6 +1660,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
     if (n > s->columns)
         fail("%s:%d: %d columns, the %s has %d\nhint: put text that holds a separator in quotes", d->path, s->row, n,
              s->named ? "header" : "first row", s->columns);
+    if (is_cut_off(d, s, n)) return;
     lost = n < s->columns && cells < s->cells, whole = !lost;
     if (lost && d->lost++ == 0)
         say("%s:%d: %d cells, the first row has %d: a cell is lost, and nobody knows which one; such rows are left out\n", d->path,
@@ -2075,7 +2114,10 @@ static pace find_pace(motion *d)
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
             step[steps++] = d->t[i] - d->t[i - 1];
-    if (steps == 0) fail("%s: no sample follows another one\nhint: a blank line stands between recordings only", d->path);
+    if (steps == 0)
+        fail("%s: no sample follows another one: %d samples in %d recordings\nhint: a recording has many rows; a blank line stands "
+             "between recordings only",
+             d->path, d->samples, d->trajectories);
     first = step[0];
     qsort(step, (size_t)steps, sizeof *step, smaller);
     median = step[steps / 2], p.least = step[0], p.most = step[steps - 1];
@@ -2494,7 +2536,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     motion e = *d;
     double time = 0;
     int k, i, a;
-    e.dt = dt, e.reach = half, e.gaps = e.filled = e.short_left = 0;
+    e.dt = dt, e.reach = half, e.gaps = e.filled = e.short_left = 0, e.apart = 0;
     for (k = 0; k < d->trajectories; k++) {
         const int n = d->first[k + 1] - d->first[k];
         const double all = n > 1 ? d->t[d->first[k + 1] - 1] - d->t[d->first[k]] : 0;
@@ -2517,7 +2559,8 @@ static motion resampled(const motion *d, double dt, double half, int exact)
                 e.first[e.trajectories] = e.samples, e.file[e.trajectories] = d->file[k], e.origin[e.trajectories++] = d->origin[k];
                 e.samples += count, e.filled += count - (i + 1 - a);
             }
-            e.gaps += i + 1 < end, a = i + 1;
+            if (i + 1 < end) e.gaps++, e.apart += d->t[i + 1] - d->t[i];
+            a = i + 1;
         }
     }
     e.first[e.trajectories] = e.samples;
@@ -2700,6 +2743,10 @@ static void check_motion(motion *d, const wanted *w)
 /* What is said of the new rate. */
 static void tell_rate(const motion *d, const motion *e, const pace *p)
 {
+    double all = 0;
+    int k;
+    for (k = 0; k < d->trajectories; k++)
+        all += d->t[d->first[k + 1] - 1] - d->t[d->first[k]];
     say("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
     if (p->steady && p->digit > 0.01 * p->mean) say(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
     else if (p->steady) say(", a clock of %.6g ms", 1e3 * p->mean);
@@ -2710,6 +2757,10 @@ static void tell_rate(const motion *d, const motion *e, const pace *p)
         if (e->short_left > 0) say(", %d samples left out between gaps", e->short_left);
     }
     say("\n");
+    if (e && 2 * e->apart > all)
+        say("warning: %s: gaps take %.0f %% of the time; possible cause: t is when samples were received, in bursts; samples that "
+            "are equally far apart can be counted: t=none dt=0.01 q=2:3, say\n",
+            d->path, 100 * e->apart / all);
     if (e && 2 * e->short_left > d->samples)
         fail("%s: gaps leave %d of %d samples; possible cause: t is another column, or in another unit\nhint: t=1,ms, say", d->path,
              d->samples - e->short_left, d->samples);

@@ -1579,10 +1579,9 @@ static void read_all(void)
     remember_starts();
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
-        fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "
-             "and "
-             "one at least; held=none none",
-             k, words[HELD].value);
+        fail("%d recordings of %s, %d samples, and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 "
+             "holds out one in ten, and one at least; held=none holds out nothing; or longer recordings",
+             k, d.path, d.samples, words[HELD].value);
     say("%d recordings (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
         d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");

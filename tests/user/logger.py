@@ -193,6 +193,12 @@ def clocks():
     check("a gap: two recordings, and a rest", len(parts) == 3 and "split at 2 gaps of more than 5.5 steps" in said, said)
     near("a gap: behind it", parts[1], 3.2, dt, 1e-4, None, (0, 1, 2, 3))
 
+    bursts = write(table(even, ["%.4f" % (i // 200 * 2 + 0.001 * (i % 200)) for i in range(len(even))]))
+    dt, parts, said = read("stamps of reception", bursts, *MAP, "filter=off")
+    check("stamps of reception: told", re.search(r"warning: .*f\.csv: gaps take 89 % of the time; possible cause: t is when "
+                                                 r"samples were received.*t=none dt=", said), said)
+    check("a gap is no such thing", "warning" not in read("a gap", write(table(gap)), *MAP, "filter=off")[2])
+
     dt, parts, said = read("another rate", write(table(even)), *MAP, "dt=0.008", "filter=off")
     check("dt=", abs(dt - 0.008) < 1e-6 and "resampled to 8 ms (125 Hz)" in said, said)
     near("dt=", parts[0], 0, dt, 2e-3, 2e-5, (0, 1, 2, 3, 6, 7), 3)
@@ -338,6 +344,15 @@ def columns():
             without_t[k] = ",".join([word] * 6) + ",7"
         said = same(f"no t, rows of {word or 'nothing'}", "\n".join(without_t), *MAP, "t=none", "dt=0.01", "filter=off", bound=1e-4)
         check(f"no t, rows of {word or 'nothing'}: told", "missing: 2\n" in said, said)
+    # the last row is cut off
+    whole = lines(plain, head=PLAIN)
+    for words in MAP, by_number, []:
+        for end in "3.00,0.1,0.2,0.3,0.4,0.5,-1.2e", "3.00,0.1,0.2,0.3,0.4,0.5,-", "3.00,0.1,0.2", "3.00,0.1,0.", "3":
+            said = same(f"cut off behind {end}, {words[:1]}", whole + end, *words, tau=bool(words))
+            check(f"cut off behind {end}, {words[:1]}: told", re.search(
+                r"f.csv:302: (the file ends in|\d cells, the first row has 7)", said), said)
+    said = same("cut off in a column of text", lines(plain, head=PLAIN[:-1] + ",state\n", more=",moving")[:-4], *MAP)
+    check("cut off in a column of text: nothing is lost", not re.search(r"f.csv:\d", said), said)
     # columns of text that the map does not name, more than numbers, which hold another separator
     for what, apart, cells in (("nine", ",", ["OK", "auto", "arm-A", "no fault", "joint", "run", "Mr X", "yes", "on"]),
                                ("with a comma", "\t", ["ok, running"]), ("with a semicolon", ",", ["a;b"])):
@@ -404,6 +419,9 @@ def several():
     three = [table([t + 0.1 * k for t in times]) for k in range(3)]
     plain = write(b"\n".join(three), "three.csv")
     trained("several recordings in one file: the last one", r"^3 recordings \(1 held out\), 900 samples", plain)
+    short = write(table(times[:2]), "short.csv")
+    code, out, err = run("train", short, *MAP, f"out={DIR}/o")
+    check("two rows", code == 1 and re.match(r"1 recordings of .*short.csv, 2 samples, and held=0.1: .*\nhint: .*longer", err), err)
     code, out, err = run("train", folder, *MAP, "held=run7.csv", f"out={DIR}/o")
     check("held= no file", code == 1 and "held=run7.csv: no recording is of such a file\nhint: " in err, err)
     code, out, err = run("train", folder, *MAP, "held=run1.csv,run7.csv", f"out={DIR}/o")
@@ -669,6 +687,11 @@ def refusals():
                 write(table(times).replace(b"\n0.5,", b"\ns,rad,rad,rad/s,rad/s,Nm,Nm\n0.5,"), "u.csv"), *MAP],
              r'.*u.csv:52: expected numbers, found "s,rad'),
             ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: no column is called a time\nhint: name it: t=1, say"),
+            ("two times", [write(table(times, head=PLAIN[:-1] + ",t_motor\n").replace(b"\n", b",31\n").replace(
+                b"t_motor,31", b"t_motor"), "t.csv"), *MAP],
+             r'.*t.csv:1: columns 1 and 8, "t" and "t_motor", are both called a time\nhint: name the one that counts: t=1'),
+            ("units behind blanks in the header", [write(table(times, head="Time q1 [rad] q2 [rad] qd1 qd2 tau1 tau2\n").replace(
+                b",", b" "), "n.csv"), *MAP], r".*n.csv:1: 9 names, but 7 columns in line 2\nhint: one name a column"),
             ("a map without q", [bare, "qd=4:5"], r".*bare.csv: a column map needs q="),
             ("no torques", [path, "q=q?", "qd=qd?", "torque=1"], r".*f.csv:2: torque=1 needs tau="),
             ("text", [write(table(times).replace(b"\n0.5,", b"\n0.5,x"), "x.csv"), *MAP],

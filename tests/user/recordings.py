@@ -84,7 +84,15 @@ CASES = [
     ("a long line", b"# " + b"x" * 70000 + b"\n" + FILE, "", r":1: more than 65790 letters in a line"),
     ("empty", b"", "", r" is empty"),
     ("a header alone", b"t,q,qd\n", "", r" has no samples"),
-    ("one sample", b"0,1,2\n", "", r": no sample follows another one"),
+    ("one sample", b"0,1,2\n", "", r": no sample follows another one: 1 samples in 1 recordings\nhint: a recording has many rows"),
+    *[("compressed, " + name, mark + FILE, "", rf": compressed \({name}.*\)\nhint: unpack it") for name, mark in (
+        ("gzip", b"\x1f\x8b\x08\0"), ("zip", b"PK\x03\x04"), ("bzip2", b"BZh9"), ("xz", b"\xfd7zXZ\0"),
+        ("zstd", b"\x28\xb5\x2f\xfd"))],
+    *[(f"cut off behind {end!r}", FILE + end, "", ONE) for end in (b"0", b"0.03,", b"0.03,1.56", b"0.03,1.56,", b"0.03,1.56,-",
+                                                                 b"0.03,1.56,1.2e", b"0.03,1.5e")],
+    ("cut off, but with an end", FILE + b"0.03,1.56,1.2e\n", "", r':5: column 3: expected a finite number, found "1.2e"'),
+    ("a word without an end", FILE + b"0.03,1.56,NA", "", r':5: column 3: .*found "NA"\nhint: a sample is missing'),
+    ("an error before the end", FILE + b"0.03,1.5e,2", "", r':5: column 2: expected a finite number, found "1.5e"'),
     # comments
     ("comment #", b"# a pendulum\n" + FILE.replace(b"0.01", b"# here\n0.01"), "", ONE),
     ("comment %", b"% a pendulum, 3 kg\n" + FILE, "", ONE),
@@ -388,6 +396,9 @@ TOLD = [
         ("a start from rest", lambda t: 5 * max(t - 0.55, 0) ** 2, lambda t: 10 * max(t - 0.55, 0), COSINE),
         ("an encoder at rest that flickers", lambda t: SINE(t) * 1e-9 + 0.01 * (t > 0.5) + 1e-3 * (round(100 * t) % 7 == 0),
          NOTHING, COSINE))],
+    ("a row that is cut off", FILE + b"0.03,1.56,-1.2e", "",
+     r"f\.csv:5: the file ends in the middle of this row, which is left out\n"),
+    ("no row that is cut off", FILE + b"0.03,1.56,2", "", "!the file ends"),
     ("all move", of_columns(SINE, SINE, COSINE, COSINE), "N=2", "!warning"),
 ]
 
