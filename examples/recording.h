@@ -218,18 +218,15 @@ static char printable(char c)
    names differ at both ends. */
 static void put_short(char *to, const char *at, int n, int most)
 {
-    int head = n, tail = n, i;
+    int head = n, tail = n;
     if (n > most)
         for (head = most / 2 - 1, tail = n - (most - 2 - head); head > 0 && ((unsigned char)at[head] & 0xc0) == 0x80;)
             head--;
     while (tail < n && ((unsigned char)at[tail] & 0xc0) == 0x80)
         tail++;
-    for (i = 0; i < head; i++)
-        *to++ = printable(at[i]);
-    if (head < n) *to++ = '.', *to++ = '.';
-    for (i = tail; i < n; i++)
-        *to++ = printable(at[i]);
-    *to = 0;
+    snprintf(to, (size_t)most + 1, "%.*s%s%.*s", head, n > 0 ? at : "", head < n ? ".." : "", n - tail, n > 0 ? at + tail : "");
+    for (; *to; to++)
+        *to = printable(*to);
 }
 
 /* A piece as a message quotes it. Two at a time. */
