@@ -2754,7 +2754,7 @@ static void tell_rate(const motion *d, const motion *e, const pace *p)
         if (e->short_left > 0) say(", %d samples left out between gaps", e->short_left);
     }
     say("\n");
-    if (e && 2 * e->apart > all)
+    if (e && e->gaps > 3 && 2 * e->apart > all)
         say("warning: %s: gaps take %.0f %% of the time; possible cause: t is when samples were received, in bursts; samples that "
             "are equally far apart can be counted: t=none dt=0.01 q=2:3, say\n",
             d->path, 100 * e->apart / all);
