@@ -993,6 +993,15 @@ static piece field_name(const field *f)
     return w;
 }
 
+/* The first file's field of a column; NULL: there is none. */
+static const field *field_of(const motion *d, int kind, int index)
+{
+    int i;
+    for (i = 0; i < d->count; i++)
+        if (d->fields[i].kind == kind && d->fields[i].index == index) return &d->fields[i];
+    return NULL;
+}
+
 /* Nonzero if a column of the first file has this name, in whatever unit. */
 static int has_name(const field *f, piece name)
 {
@@ -1076,23 +1085,26 @@ static void note_units(motion *d, sheet *s, int names)
     strcpy(d->noted, text);
 }
 
-/* The columns of all files have the names of the first one, f [count]. A name that another column has there is refused; the first
-   of the others is told. */
-static void compare_names(const motion *d, const sheet *s, int names, const field *f, int count)
+/* The columns of all files have the names of the first one. A name that another column has there is refused; the first of the
+   others is told. */
+static void compare_names(const motion *d, const motion *first, const sheet *s, int names)
 {
-    int other = 0, c, k;
-    for (c = 1; c < names && c < count; c++) {
-        if (strcmp(f[c].name, "-") == 0 || has_name(&f[c], s->name[c])) continue;
-        for (k = 1; k < count; k++)
-            if (has_name(&f[k], s->name[c]))
+    const field *other = NULL;
+    int at = 0, c, k;
+    for (c = 1; c < names && c < d->count; c++) {
+        const int kind = d->fields[c].kind;
+        const field *f = field_of(first, kind, d->fields[c].index);
+        if (!f || strcmp(f->name, "-") == 0 || has_name(f, s->name[c])) continue;
+        for (k = 0; k < first->count; k++)
+            if (first->fields[k].kind == kind && has_name(&first->fields[k], s->name[c]))
                 fail("%s:%d: column %d is called %s, but stands where %s is in the first file\nhint: the same order of columns in "
                      "all files; a column map with names takes any order",
-                     d->path, s->header_row, c + 1, quoted(s->name[c]), quoted(field_name(&f[c])));
-        if (!other) other = c;
+                     d->path, s->header_row, c + 1, quoted(s->name[c]), quoted(field_name(f)));
+        if (!other) other = f, at = c;
     }
-    if (other > 0)
-        say("%s:%d: column %d is called %s, that of the first file %s\n", d->path, s->header_row, other + 1, quoted(s->name[other]),
-            quoted(field_name(&f[other])));
+    if (other)
+        say("%s:%d: column %d is called %s, that of the first file %s\n", d->path, s->header_row, at + 1, quoted(s->name[at]),
+            quoted(field_name(other)));
 }
 
 /* The unit of t: of the map, which s->unit holds, else of the name, else the text of a cell below it, which may be empty. Says that
@@ -1125,10 +1137,9 @@ static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
     s->named = names > 0;
     if (names > 0 && s->unit <= 0) find_unit_of_t(d, s, 1, s->name[0], none);
     s->columns = n;
-    if (w->like) compare_names(d, s, names, w->like->fields, w->like->count);
-    else if (d->samples > 0) compare_names(d, s, names, d->fields, d->count);
     if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
     else plain_fields(d, s, names);
+    compare_names(d, w->like ? w->like : d, s, names);
     note_units(d, s, names);
 }
 
@@ -1424,15 +1435,6 @@ static int unit_said(const motion *d, const sheet *s, const choice *c, int colum
         say("%s:%d: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", d->path, s->header_row, column,
             quoted(x));
     return found;
-}
-
-/* The first file's field of a column; NULL: there is none. */
-static const field *field_of(const motion *d, int kind, int index)
-{
-    int i;
-    for (i = 0; i < d->count; i++)
-        if (d->fields[i].kind == kind && d->fields[i].index == index) return &d->fields[i];
-    return NULL;
 }
 
 /* What a message says of a unit: known, foreign or none. */

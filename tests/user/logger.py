@@ -524,6 +524,10 @@ def units_of_files():
             code, out, err = later(second)
             check("no map, a unit in the second file", code in (0, 3) and re.search(
                 r'2\.csv:\d: column 2: its unit "deg" counts with a column map alone', out), f"{code} {out[:500]}{err}")
+    write("t,q1,q2,tau1,tau2\n" + "".join("%.2f,%.9g,%.9g,1,2\n" % (t, *row_of(t)[:2]) for t in times), "test.csv")
+    write(table(times[:200]), "train.csv")
+    code, out, err = run("train", f"{DIR}/train.csv", f"test={DIR}/test.csv", "steps=1", f"out={DIR}/o")
+    check("no map, other columns in test=", code in (0, 3) and "test.csv:1: column" not in out, f"{code} {out[:500]}{err}")
     code, out, err = both(plain + "\ns,deg,deg,deg/s,deg/s,Nm,Nm", plain)
     check("no map, a unit in the first file alone", code == 0 and out.count("counts with a column map alone") == 1 and
           'warning: build/logger/two/2.csv:1: no unit here, but "deg" in the file before' in out, out[:500] + err)
