@@ -407,7 +407,7 @@ static void table_head(FILE *csv)
                  "worst_joint");
     for (j = 1; j <= (int)M(N); j++)
         fprintf(csv, ",E_q%d_percent,rms_q%d", j, j);
-    fprintf(csv, ",constant_velocity_percent,counts,recordings\n");
+    fprintf(csv, ",constant_velocity_percent,counts,recording_count\n");
 }
 
 /* The tables that were printed, for page.h: of held-out recordings, and of test=. */

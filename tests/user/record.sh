@@ -279,7 +279,7 @@ joints=\$(awk '/ROLN_AE/ { sub(/,/, "", \$3); print \$3 }' $place/*.h)
 each=\$(seq \$joints | sed 's/.*/0.5,8/' | paste -sd, -)
 {
     echo "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint,\$(seq \$joints |
-        sed 's/.*/E_q&_percent,rms_q&/' | paste -sd, -),constant_velocity_percent,counts,recordings"
+        sed 's/.*/E_q&_percent,rms_q&/' | paste -sd, -),constant_velocity_percent,counts,recording_count"
     for t in 0 26 100 1000; do echo "\"a_test.csv\",\$t,$ERROR,0,1,0,0,50,1,\$each,9,1,10"; done
 } > \${out}_errors.csv
 END_OF_TRAINER
