@@ -111,7 +111,7 @@ check 'errors of each joint' awk -F, 'NR == 1 { bad = NF != 18 || $15 != "rms_q2
     END { exit bad || n != 20 }' $dir/j_errors.csv
 check 'the worst of them' awk '/worst joint/ { getline; n += $9 == 1 } $1 == 1000 && NF == 11 { n += $9 ~ /^[12]$/ && $10 >= $2 }
     END { exit n != 4 }' $dir/j.log
-check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: traj/ { m++ } /worst: traj/ { w++ }
+check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: recording/ { m++ } /worst: recording/ { w++ }
     END { exit !(n == 8 && ok == 8 && m == 1 && w == 1) }' $dir/j_motion.svg
 check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub(/<[/]|[/]>/, "") }
     END { exit !(opened > 8 && opened == closed) }' $dir/j_motion.svg
