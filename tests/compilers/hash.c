@@ -553,7 +553,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
         must(wheel_grad(&p, &weights, &b, h, &g, &train.wheel.grad), "wheel: grad");
         must(wheel_update(&p, &opt, &o, &g, &train.wheel.update), "wheel: update");
     }
-    must(wheel_fit_range(&p, SAMPLES, y, yd, &scratch.work.fit_range), "wheel: range");
+    must(wheel_fit_range(&p, SAMPLES, y, yd, &train.wheel.fit_range), "wheel: range");
     add(2, qbar), add(wheel_theta_size, p.theta), add(2, p.zd_max);
     memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
     must(wheel_encode(&p, &x, &z, &scratch.work.encode), "wheel: encode");

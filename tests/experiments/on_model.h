@@ -143,7 +143,7 @@ static void M(block_of)(void *self, const roln_real *s0, const roln_real *tau, d
 static roln_status M(range_of)(void *self, int count, const roln_real *q, const roln_real *qd)
 {
     M(self) *m = self;
-    return M(fit_range)(&m->p, count, q, qd, &m->u.work.fit_range);
+    return M(fit_range)(&m->p, count, q, qd, &m->u.train.fit_range);
 }
 #define MODEL_OPEN(count, bytes, m) M(unpack)(count, bytes, &(m)->p)
 #else
