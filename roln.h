@@ -5518,8 +5518,8 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
 typedef struct { roln_real t[ROLN_(terms)]; } ROLN_(doubt_work);
 
 /* How far the model can be off at a state: its novelty, and the standard deviations of the acceleration zdd and of the force on z
-   that the model says there; without NAME_fit_doubt these are unknown, and 0. ROLN_E_RANGE: e has seen no state, or e->halves are
-   none of NAME_fit_doubt nor 0; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4: 5,900 multiply-adds and 124
+   that the model says there; without NAME_fit_doubt these are unknown, and 0. ROLN_E_RANGE: e has seen no state, or e->halves is
+   not within 0 .. 8; ROLN_E_NOT_FINITE. d is untouched unless ROLN_OK. Cost with n = 4: 5,900 multiply-adds and 124
    divisions. */
 ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s, ROLN_(doubts) *d,
                                  ROLN_(doubt_work) *w)
@@ -5528,7 +5528,7 @@ ROLN_FN roln_status ROLN_(doubt)(const ROLN_(params) *p, const ROLN_(evidence) *
     roln_real novelty, grown = 1, root;
     int i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (!(e->count > 0) || e->halves < 0 || e->halves == 1 || e->halves > ROLNI_GROWTHS + 1) return ROLN_E_RANGE;
+    if (!(e->count > 0) || e->halves < 0 || e->halves > ROLNI_GROWTHS + 1) return ROLN_E_RANGE;
     novelty = ROLNI_(novelty)(p, e->L, s->z, s->zd, w->t);
     root = ROLN_SQRT(novelty);
     for (i = 0; i < e->halves; i++)

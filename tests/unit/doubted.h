@@ -384,7 +384,7 @@ static void T_(refusals)(void)
         CHECK(DOUBTED(fit_outlook)(&p, &none, ROLN_C(0.01), &e, &ow) == ROLN_E_LENGTH);
     }
     for (e.halves = -1; e.halves <= 9; e.halves++)
-        CHECK((DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_OK) == (e.halves == 0 || (e.halves >= 2 && e.halves <= 8)));
+        CHECK((DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_OK) == (e.halves >= 0 && e.halves <= 8));
     e.halves = kept.halves, d = before;
     s.zd[0] = (roln_real)NAN;
     CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE && memcmp(&d, &before, sizeof d) == 0);
