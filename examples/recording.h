@@ -573,6 +573,7 @@ typedef struct {
     int lines, row, columns; /* lines of the file; the line that was read last, its columns */
     int cut;                 /* nonzero: the line has no end, so it is the last one, and perhaps cut off */
     int cells;               /* with a column map: of the first sample, with empty ones at its end */
+    int behind;              /* the first column behind the last that is used that has held a number; 0: none */
     int *line, size;         /* size of text and of header */
     char apart, mark;        /* between columns; in numbers: a point or a comma; 0: none yet */
     int kind;                /* of time stamps */
@@ -1582,7 +1583,7 @@ static void begin_mapped(motion *d, const wanted *w, sheet *s, int n, int cells)
     if (names > 0 && (names < n || names > cells))
         fail("%s:%d: %d names, but %d columns in line %d\nhint: one name a column, apart as the numbers are; or columns by number",
              d->path, s->header_row, names, names < n ? n : cells, s->row);
-    s->named = names > 0, s->columns = names > n ? names : n, s->cells = cells;
+    s->named = names > 0, s->columns = names > n ? names : n, s->cells = cells, s->behind = 0;
     units = *s->units ? split(s->apart, s->units, s->most, s->w) : 0;
     s->first_file = d->samples == 0 && !w->like;
     if (d->samples == 0) {
@@ -1645,6 +1646,24 @@ static char apart_of(const sheet *s)
     return named != own && count_numbers(s, named) > count_numbers(s, own) ? named : own;
 }
 
+/* Keeps the first column behind the last that is used that holds a number, of a row of n pieces. */
+static void find_behind(sheet *s, int n)
+{
+    double x;
+    int i;
+    for (i = s->last; i < n && (s->behind == 0 || i + 1 < s->behind); i++)
+        if (number(s->apart, s->w[i], &x)) s->behind = i + 1;
+}
+
+/* Nonzero if a row of too few cells may have lost one in front of the last column that is used: what belongs behind would be there.
+   It has lost none if only text has been behind, and there is a number. */
+static int is_lost(const sheet *s, int cells)
+{
+    double x;
+    if (cells < s->last || !number(s->apart, s->w[s->last - 1], &x)) return 1;
+    return s->behind > 0 && s->behind <= s->last + s->cells - cells;
+}
+
 /* The line read last becomes a sample, or is left out if a number is missing; so is a row that has lost a cell, whichever it is. */
 static void add_mapped(motion *d, const wanted *w, sheet *s)
 {
@@ -1660,7 +1679,8 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         fail("%s:%d: %d columns, the %s has %d\nhint: put text that holds a separator in quotes", d->path, s->row, n,
              s->named ? "header" : "first row", s->columns);
     if (is_cut_off(d, s, n)) return;
-    lost = n < s->columns && cells < s->cells, whole = !lost;
+    if (cells >= s->cells) find_behind(s, n);
+    lost = n < s->columns && cells < s->cells && is_lost(s, cells), whole = !lost;
     if (lost && d->lost++ == 0)
         say("%s:%d: %d cells, the first row has %d: a cell is lost, and nobody knows which one; such rows are left out\n", d->path,
             s->row, cells, s->cells);

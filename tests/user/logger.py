@@ -376,6 +376,19 @@ def columns():
         rows[k] = rows[k].rsplit(",", k % 2 + 1)[0] + ",,"
     said = same("empty cells at the end", "\n".join(rows), *MAP)
     check("empty cells at the end: no row is left out", "left out" not in said, said)
+    # a column of text at the end, whose separator some rows lack: used columns are where they were, unless a cell of them is lost
+    rows = lines(lambda t, r: [t] + r + ["note"], head=PLAIN[:-1] + ",comment\n").strip("\n").split("\n")
+    for k in range(2, len(rows)):
+        if k % 3:
+            rows[k] = rows[k].rsplit(",", 1)[0]
+    said = same("rows without their text", "\n".join(rows) + "\n", *MAP)
+    check("rows without their text: no row is left out", "left out" not in said, said)
+    for k in (100, 150):  # with its text, and without
+        cells = rows[k].split(",")
+        del cells[2]
+        rows[k] = ",".join(cells)
+    said = same("a lost cell in front of text", "\n".join(rows) + "\n", *MAP, "filter=off", bound=1e-4)
+    check("a lost cell in front of text: told", "missing: 2\n" in said, said)
 
 
 def several():
