@@ -121,7 +121,7 @@ for way in ordered swapped; do
 done
 check 'columns of spread= in the order of their names' cmp $dir/ordered.roln $dir/swapped.roln
 sed '1s/pos./& [deg]/g' $dir/ordered.csv > $dir/degrees.csv
-check 'another unit in spread=' ends 2 'column 2, q1, has the unit deg, but none in the first file' $dir/named.csv $named \
+check 'another unit in spread=' ends 2 'column 2, q1, has the unit deg, but no unit in the first file' $dir/named.csv $named \
     spread=$dir/degrees.csv out=$dir/b
 check 'spread= and noise=' ends 2 'spread= and noise=: not together' $dir/two.csv torque=1 spread=$dir/more noise=0.1 out=$dir/b
 check 'an unknown setting is said once' ends 3 'unknown setting ape' $dir/two.csv ape=1
