@@ -39,9 +39,9 @@ check() {
     if [ -s $wrong ]; then failed=$((failed + 1)); echo "$1:"; head -n 50 $wrong | sed 's/^/    /'; else passed=$((passed + 1)); fi
 }
 
-# what is written by hand: weights, pictures, models and logs are written by programs
+# what is written by hand: weights, pictures, models, results and logs are written by programs
 all=$(find roln*.h Makefile .ci .packaging .clang-format .editorconfig examples tests -type f ! -name '*.svg' ! -name '*.log' \
-    ! -name '*.roln' ! -name '*.md' ! -name '*_weights.h' ! -name '*_limits.h' ! -name '*.pyc' ! -path '*/safety/corpus/*' | sort)
+    ! -name '*.roln' ! -name '*.md' ! -name '*_weights.h' ! -name '*_limits.h' ! -name '*.pyc' ! -name results.txt ! -path '*/safety/corpus/*' | sort)
 code=$(echo "$all" | grep '[.][ch]$')
 tab=$(printf '\t')
 
