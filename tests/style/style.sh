@@ -41,7 +41,8 @@ check() {
 
 # what is written by hand: weights, pictures, models, results and logs are written by programs
 all=$(find roln*.h Makefile .ci .packaging .clang-format .editorconfig examples tests -type f ! -name '*.svg' ! -name '*.log' \
-    ! -name '*.roln' ! -name '*.md' ! -name '*_weights.h' ! -name '*_limits.h' ! -name '*.pyc' ! -name results.txt ! -path '*/safety/corpus/*' | sort)
+    ! -name '*.roln' ! -name '*.md' ! -name '*_weights.h' ! -name '*_limits.h' ! -name '*.pyc' ! -name results.txt \
+    ! -path '*/safety/corpus/*' | sort)
 code=$(echo "$all" | grep '[.][ch]$')
 tab=$(printf '\t')
 
