@@ -3258,7 +3258,7 @@ ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 }
 
 /* The common factor from user's units of an input, a force or the position of a servo, to those of the networks.
-   ROLNI_(own_inputs) then applies the factor of each joint. Where joints are driven this factor is 1, and that has it all. */
+   ROLNI_(own_inputs) then applies the factor of each joint. With driven joints this factor is 1, and the factor of each joint is all. */
 ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
 {
     if (ROLN_(driven) > 0) return 1;
@@ -3842,8 +3842,8 @@ ROLN_FN roln_real ROLNI_(beyond)(const ROLN_(params) *p, int i, roln_real z)
     return ROLN_MAX(low - x, x - high);
 }
 
-/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. Of an angle
-   what rounds when turns are taken off is inside. */
+/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. An angle
+   may be beyond by the rounding of its turns. */
 ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const roln_real *z, const roln_real *zd)
 {
     int i, in = 1;
