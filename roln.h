@@ -3258,7 +3258,7 @@ ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 }
 
 /* The common factor from user's units of an input, a force or the position of a servo, to those of the networks.
-   ROLNI_(own_inputs) then applies the factor of each joint. With driven joints this factor is 1, and the factor of each joint is all. */
+   ROLNI_(own_inputs) then applies the factor of each joint. With driven joints the common factor is 1. */
 ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
 {
     if (ROLN_(driven) > 0) return 1;
