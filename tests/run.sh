@@ -17,7 +17,7 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 
 # Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, each with a name of its own, and whole ones.
 quick='train address programs sample recordings regression logger mujoco
-       readme record import warn style bits lint list macros deps'
+       readme record import warn sources style bits lint list macros deps'
 parts() {
     cat << 'end'
 sample       build/test_double sample
@@ -51,6 +51,7 @@ mutants      python3 tests/safety/mutants.py quick
 sizes        sh tests/measure/sizes.sh test
 fuzz         sh tests/safety/fuzz.sh test
 warnings     sh tests/compilers/warnings.sh
+sources      sh tests/compilers/sources.sh
 readme       sh tests/user/readme.sh
 machines     build/machines m4 rv32
 record       sh tests/user/record.sh

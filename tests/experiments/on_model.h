@@ -129,8 +129,8 @@ static void M(block_of)(void *self, const roln_real *s0, const roln_real *tau, d
 {
     M(self) *m = self;
     const roln_real t = m->p.scale.t;
-    M(i_driven) d;
-    M(i_drive)(&m->p, tau, m->u.block.tau, m->u.block.force, m->u.block.reduce, &d);
+    M(i_forced) d;
+    M(i_hold_force)(&m->p, tau, m->u.block.tau, m->u.block.force, m->u.block.reduce, &d);
     memcpy(m->u.block.s, s0, sizeof m->u.block.s);
     for (int i = 0; i < steps; i++)
         roln_lnn_step(&M(model).lnn, &d.sys, ROLN_RK4, 0, BLOCK, (roln_real)dt / t, m->u.block.s, m->u.block.s, m->u.block.tape,

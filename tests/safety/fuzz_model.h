@@ -627,7 +627,7 @@ static void M(call_fit)(int which)
     memset(&o, 0, sizeof o), memset(&l, 0, sizeof l), memset(&noise, 0, sizeof noise);
     l.dt = noise.dt = fuzz_below(4) ? ROLN_C(0.01) : fuzz_real(), l.hold = 3, l.tau = 1;
     if (which == 0) {
-        fuzz_keep(range, 3 * M(n) * sizeof *range), st = M(fit_range)(&M(p), b.count, b.q, M(data).qd, &M(w).fit_range);
+        fuzz_keep(range, 3 * M(n) * sizeof *range), st = M(fit_range)(&M(p), b.count, b.q, M(data).qd, &M(t).fit_range);
         fuzz_judge(st, range, 3 * M(n) * sizeof *range);
         for (b.count = 0; b.count < M(n) && st == ROLN_OK; b.count++)
             CLAIM(M(p).z_min[b.count] <= M(p).z_max[b.count] && M(p).zd_max[b.count] >= 0);
