@@ -131,6 +131,7 @@ struct stage {
     int steps, stride;                      /* steps of a window, samples of a step */
     double share;                           /* NEWTON: of the rows, of windows */
     double memory, last;                    /* NEWTON: steps that are remembered, at first and at last; 0: 8, and as at first */
+    double cap;                             /* NEWTON: as roln_newton_opt; 0: as ROLN_NEWTON_OPT */
     double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
     double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
     double w_qd, bias;                      /* ... of velocities; rate of the autoencoder's biases over lr_ae */

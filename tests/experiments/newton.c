@@ -97,9 +97,10 @@ static int gather(struct newton *n, const struct newton_task *task, double share
 }
 
 /* The first step gets more rows: what the earlier ones ask for is carried along. */
-static int gather_first(struct newton *n, const struct newton_task *task, double share, const roln_real *x, uint64_t *seed)
+static int gather_first(struct newton *n, const struct newton_task *task, double share, roln_real cap, const roln_real *x,
+                        uint64_t *seed)
 {
-    const roln_newton_opt all = {ROLN_C(1e6), 1, 5, NULL};
+    const roln_newton_opt all = {ROLN_C(1e6), 1, cap, NULL};
     const int P = n->params;
     for (int i = 1; i < FIRST && ROLN_NEWTON_SIDE(n->rows, P) == P; i++) {
         if (gather(n, task, share, &all, x, seed) != 0) return -1;
@@ -147,7 +148,8 @@ int newton_run(struct newton *n, const struct newton_task *task, const struct st
     const double memory = s->memory > 0 ? s->memory : MEMORY, last = s->last > 0 ? s->last : memory;
     int steps = 0, in_vain = 0, looks = 1, more = 1;
     if (task->ridge) opt.ridge = n->ridge;
-    if (n->state.taken == 0 && gather_first(n, task, s->share, x, &seed) != 0) return -1;
+    if (s->cap > 0) opt.cap = (roln_real)s->cap;
+    if (n->state.taken == 0 && gather_first(n, task, s->share, opt.cap, x, &seed) != 0) return -1;
     for (; more && (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
         const double done = s->most > 0 ? (double)steps / s->most : (cpu_seconds() - t0) / seconds;
         opt.memory = (roln_real)(memory * pow(last / memory, done));
