@@ -320,7 +320,7 @@ machines: build/record
 	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/learn/$$m steps=$(STEPS) $(WITH); done
 	@sh tests/mujoco/learn.sh table $(MACHINES:%=build/learn/%) | tee build/learn/table.md
 
-# error tables of the committed models, on fresh trajectories
+# error tables of the committed models, on recordings that no model has seen
 errors: build/test_mujoco build/test_experiments
 	./build/test_mujoco
 	./build/test_experiments

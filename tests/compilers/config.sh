@@ -306,8 +306,8 @@ for header in roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h; do
     late 'ROLN_DOUBLE: before the first header' "#include \"$header\"" "$double" '#include "roln_spd.h"'
 done
 late 'ROLN_DOUBLE: before the first header' '#include "roln_ae.h"' "$double" '#include "roln_lnn.h"'
-# weights are of one config: what the compiler says of each option that is another one. A slope or least, which it cannot compare,
-# is found when the program runs
+# weights are of one config: what the compiler says of each option that is another one. A slope or an eigenvalue floor, which it
+# cannot compare, is found when the program runs
 check() {
     what=$1
     shift

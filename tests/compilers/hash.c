@@ -185,7 +185,7 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(full_encode(&p, &x, &z, &work.encode), "full: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(full_encode_reference(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work.encode_reference), "full: aim");
+        must(full_encode_reference(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work.encode_reference), "full: reference");
         must(full_control(&p, &z, &target, tau_z, &work.control), "full: control");
         must(full_lift(&p, &z, tau_z, tau, &work.lift), "full: lift");
         next = z;
@@ -217,7 +217,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init.init_pod), "chart: init");
     b.count = SAMPLES / 4, b.steps = 0, b.stride = 1, b.start = NULL, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
     for (k = 0; k < 6; k++) {
-        must(curved_chart_refine(&p, &b, &turn, &left), "chart: turn");
+        must(curved_chart_refine(&p, &b, &turn, &left), "chart: refine");
         add(curved_theta_size, p.theta), add(2, p.zd_max), add(1, &left);
     }
     must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init.chart_add), "chart: add");
@@ -237,7 +237,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(curved_encode(&p, &x, &z, &work.encode), "chart: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(curved_encode_reference(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work.encode_reference), "chart: aim");
+        must(curved_encode_reference(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work.encode_reference), "chart: reference");
         must(curved_control(&p, &z, &target, tau_z, &work.control), "chart: control");
         must(curved_lift(&p, &z, tau_z, tau, &work.lift), "chart: lift");
         must(curved_step(&p, &z, tau, h / 8, &work.step), "chart: step");
@@ -455,7 +455,7 @@ static void hash_alarms(const wheel_params *p, const roln_real *y, const roln_re
     add(1, &limits.margin), add(1, &limits.residual), add(1, &limits.novelty), add(2, tau), add(2, rate);
     add(1, &limits.q_tolerance), add(1, &limits.qd_tolerance);
     limits.margin = 100, limits.q_tolerance = limits.qd_tolerance = 1;
-    must(wheel_encode_reference(p, y, yd, NULL, &r, &w->work.encode_reference), "alarms: aim");
+    must(wheel_encode_reference(p, y, yd, NULL, &r, &w->work.encode_reference), "alarms: reference");
     for (k = 0; k < 2 * SAMPLES; k++) {
         const int at = k % SAMPLES;
         uint32_t faults;
@@ -557,7 +557,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     add(2, qbar), add(wheel_theta_size, p.theta), add(2, p.zd_max);
     memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
     must(wheel_encode(&p, &x, &z, &scratch.work.encode), "wheel: encode");
-    must(wheel_encode_reference(&p, x.q, x.qd, NULL, &r, &scratch.work.encode_reference), "wheel: aim");
+    must(wheel_encode_reference(&p, x.q, x.qd, NULL, &r, &scratch.work.encode_reference), "wheel: reference");
     must(wheel_gains(&p, &z, ones, ones, &r, &scratch.work.gains), "wheel: gains");
     memset(&guard, 0, sizeof guard);
     for (k = 0; k < 200; k++) {

@@ -109,7 +109,7 @@ struct row {
     double target;                                   /* seconds; 0: none */
     const char *peer;                                /* a peer on the same input, and its name */
     void (*run_peer)(const row *);
-    double eigen;                                    /* nanoseconds of Eigen, on another machine (performance.md) */
+    double eigen;                                    /* nanoseconds of Eigen, on another machine */
 };
 
 static uint64_t seed = 1;
@@ -571,7 +571,7 @@ static void arm_linear_run(const row *r)
     must(arm_linear(&tick4.p, &s, NULL, ROLN_C(1e-3), &tick4.linear, &tick4.linwork));
 }
 
-/* aim, then encode, control, lift, guard. */
+/* encode_reference, then encode, control, lift, guard. */
 static void arm_control_run(const row *r)
 {
     static const roln_limits limits = {

@@ -4,8 +4,8 @@
 # member of a struct, x->verb(..), reaches every function whose address is taken and whose name ends in _verb. mem*, which have no
 # .ci: what their disassembly takes from sp, branches together. Prints bytes of each entry; exit code 1 and a line for recursion,
 # a frame without bound, a call or an address that is not understood.
-# verbs: of manifolds, rules, forces, storages, bends
-BEGIN { verbs = "size|work|tangent|inner|retract|flat|curved|eval|bwd|mm|mm_bt|column|decode|row|back|jac|jac_zd" }
+# verbs: of manifolds, forces, storages, bends
+BEGIN { verbs = "size|work|tangent|inner|retract|eval|bwd|mm|mm_bt|column|decode|jac|jac_zd" }
 
 function bad(text) { if (!(text in said)) print "stack: " text; said[text] = failed = 1 }
 function last(title) { sub(/.*:/, "", title); return title }

@@ -85,7 +85,7 @@ ran() {
 }
 
 # what needs weights or another target is left out
-examples=$(ls examples/*.c examples/firmware/*.c | grep -vE '/(serial|store|start_riscv|emulator)[.]c$')
+examples=$(ls examples/*.c examples/firmware/*.c | grep -vE '/(serial|start_riscv|emulator)[.]c$')
 echo '#include "tests/safety/options.h"' > $dir/options.c
 # defects, which each tool must see
 cat > $dir/defect.h << 'end'

@@ -246,7 +246,7 @@ static void read_as(int k, int small, int count, const unsigned char *bytes)
         m->pack(params[k], back);
         CLAIM(small ? m->unpack(m->packed, back, params[k]) == ROLN_OK : memcmp(back, bytes, (size_t)count) == 0);
         ((roln_bits *)(void *)params[k])[fuzz_now.seed & 1] ^= (roln_bits)1 << (fuzz_now.seed >> 1) % (8 * sizeof(roln_bits));
-        CLAIM(m->foreign(params[k])); /* a bit of slope or least */
+        CLAIM(m->foreign(params[k])); /* a bit of slope or eigenvalue_floor */
     }
     free(exact);
 }

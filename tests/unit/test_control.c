@@ -41,7 +41,7 @@ enum { MOTORS = 2, MAXIN = 128, MAXOUT = 256, PARTS = 8 };
 
 static const char *const call_names[CALLS] = {
     [ENCODE] = "encode",   [DECODE] = "decode",   [STEP] = "step",       [REDUCE] = "reduce", [LIFT] = "lift",
-    [TERMS_AT] = "terms",  [RANGE] = "fit_range", [JET] = "aim",         [INVERSE] = "inverse", [INERTIA] = "inertia",
+    [TERMS_AT] = "dynamics", [RANGE] = "fit_range", [JET] = "encode_reference", [INVERSE] = "inverse", [INERTIA] = "inertia",
     [LINEAR] = "linear",   [CONTROL] = "control", [ALLOCATE] = "allocate", [FIT] = "fit_scale"};
 
 /* A run of numbers of one unit: q^q t^t m^m. */
@@ -119,7 +119,7 @@ static roln_real unit_of(const part *p, int i)
     return unit_power(units->q, p->q) * unit_power(units->t, p->t) * unit_power(units->m, p->m);
 }
 
-/* Units of what roln_linear gives beside the state: A [2n][2n], B [2n][F], row by row. */
+/* Units of what NAME_linear gives beside the state: A [2n][2n], B [2n][F], row by row. */
 static roln_real linear_unit(int n, int F, int i)
 {
     const roln_real q = units->q, c = units->t;
@@ -358,7 +358,7 @@ static void slow_coriolis(int k, const double *z, const double *zd, const double
                 c[i] += (dM[l][i * n + j] + dM[j][i * n + l] - dM[i][j * n + l]) * zd[l] * w[j] / 2;
 }
 
-/* roln_inverse with a velocity w and with zd, roln_control, against those terms. */
+/* NAME_inverse with a velocity w and with zd, NAME_control, against those terms. */
 static void test_inverse(int k)
 {
     enum { WITH_W, WITH_ZD, PD, WAYS };

@@ -299,7 +299,7 @@ static void test_gains(int k)
 
 /* ---- feedback of least cost ------------------------------------------------------------------- */
 
-/* What roln_lqr is asked, and what it gives. */
+/* What NAME_lqr is asked, and what it gives. */
 typedef struct {
     roln_real s[2 * MAXN], u[MAXN], q[MAXN], qd[MAXN], r[MAXN], B[MAXN * MAXN], K[2 * MAXN * MAXN], P[4 * MAXN * MAXN];
     roln_motors motors;

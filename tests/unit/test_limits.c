@@ -341,7 +341,7 @@ static void check_least(int k, const recordings *r, const rig *start, const roln
         }
 }
 
-/* What roln_fit_limits refuses; nothing is written. */
+/* What NAME_fit_limits refuses; nothing is written. */
 static void check_fit_refused(int k, const recordings *r, rig *start, const roln_batch *good_batch, const roln_limits *from)
 {
     static recordings bad;

@@ -78,7 +78,7 @@ static void test_linear_calls(int k)
 }
 
 #ifdef ROLN_DOUBLE
-/* A and B of a model against differences of roln_step. */
+/* A and B of a model against differences of NAME_step. */
 static void check_linear(const model *of, uint64_t *seed)
 {
     static double A[MAXOUT], B[2 * MAXOUT];

@@ -790,7 +790,7 @@ static void check_not_steep(const roln_lnn *f, uint64_t *seed)
     fresh_done();
 }
 
-/* Where the mass alone is wanted, by roln_guard_tick and roln_inertia, no gradient is computed. */
+/* Where the mass alone is wanted, by NAME_guard_tick and NAME_inertia, no gradient is computed. */
 static void check_wanted(const roln_lnn *f)
 {
     uint64_t seed = 1;

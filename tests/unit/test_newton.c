@@ -391,7 +391,7 @@ static void test_steps(void)
 typedef void (*measure)(const problem *g, const roln_real *x, roln_real *r, roln_real *J);
 
 /* One step of the problem, as its user takes it: with the same sums and more damping, till one is taken. How many were refused; 20:
-   all, and nothing has changed. lambda < 0 is chosen by judge. */
+   all, and nothing has changed. lambda < 0 is chosen by roln_newton_accept. */
 static int advance(problem *g, measure f, roln_real lambda)
 {
     roln_real there[MAXR];

@@ -244,7 +244,7 @@ static void hand_begin(hand_all *h, uint64_t s)
     h->o.state = begin, h->g.seed = s;
 }
 
-/* A step up to where judge decides. */
+/* A step up to where NAME_newton_accept decides. */
 static void hand_try(hand_all *h, const roln_newton_opt *opt, int count)
 {
     const roln_batch b = hand_batch(0, count);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Optimal control under limits, roln.h section 5: without active limits one dense system of equations; two steps against all
+/* Optimal control under limits, roln.h section 4: without active limits one dense system of equations; two steps against all
    sets of limits that could be active; many steps against projected coordinate descent in long double; what is promised of the gap;
    limits that always hold; other units; limits that are never reached; torques that start at a limit; what iterations leave;
    numbers that make no sense. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Plans (roln.h section 6): gradients of the cost against differences, feedback against NAME_lqr_along, limits, costs and states
+/* Plans (roln.h section 13): gradients of the cost against differences, feedback against NAME_lqr_along, limits, costs and states
    against steps of the model by hand, derivatives that are kept, limits that are never reached, units of motors, what a tick makes
    of a plan, its linearisation, and what is refused. */
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Riccati equations, roln.h section 4: triangles; roln_dare against the plain fixed-point iteration in long double, the
+/* Riccati equations, roln.h section 3: triangles; roln_dare against the plain fixed-point iteration in long double, the
    equation itself and closed forms; what cannot be stabilised; roln_riccati along a time-varying system against one dense least
    squares problem over all of its steps; rows and units of any size, subsystems that know nothing of each other. */
 #include "roln.h"

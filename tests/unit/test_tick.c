@@ -24,7 +24,7 @@ static uint32_t four_calls(int k, rig *x, const target_at *ref)
     return tick(k, x);
 }
 
-/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits; with two motors, or those
+/* NAME_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits; with two motors, or those
    that the model has learned, too. */
 static void test_tick(int k, int driven_by_two)
 {
