@@ -6961,9 +6961,10 @@ ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise
         }
         if (st == ROLN_OK) to->settle = ROLN_MAX(to->settle, ROLN_SQRT(ROLN_C(8.0)) * z / (zd * to->dt)); /* 4 / (W dt) */
     }
-    if (st == ROLN_OK && !(roln_finite(to->settle) && roln_all_finite(ROLN_(N), to->e))) st = ROLN_E_NOT_FINITE;
-    if (st == ROLN_OK) *g = *to;
-    return st;
+    if (st != ROLN_OK) return st;
+    if (!roln_finite(to->settle) || !roln_all_finite(ROLN_(N), to->e)) return ROLN_E_NOT_FINITE;
+    *g = *to;
+    return ROLN_OK;
 }
 
 /* scratch of NAME_evidence_add */

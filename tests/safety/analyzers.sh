@@ -35,11 +35,11 @@ end
 
 # what is no defect: tool, check, file, count, reason
 known() { cat << 'end'
+clang core.CallAndMessage roln_lnn.h 2 directions of a row: as many are there as k says
 clang core.NullDereference roln.h 6 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0; arrays of scratch, and
     one that a function before has refused to be NULL
 clang core.NonNullParamChecker roln_spd.h 2 arrays of scratch
 clang deadcode.DeadStores roln.h 10 what a model without inputs, without an autoencoder or without a load does not read
-cppcheck nullPointer roln_lnn.h 2 K is NULL where l is not, and read where l is NULL
 cppcheck nullPointer roln.h 5 NULL where it is not read: of a model without a load, and behind `each ?`
 cppcheck nullPointer roln_spd.h 2 a copy of no numbers to or from NULL, behind `if (number > 0)`
 cppcheck ctunullpointer roln_spd.h 3 the same

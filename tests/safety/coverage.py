@@ -21,7 +21,7 @@ import sys
 import headers
 from headers import HEADERS
 
-EXEMPT = 70            # by reasons; another number is an error, so that none covers what came later on its line
+EXEMPT = 68            # by reasons; another number is an error, so that none covers what came later on its line
 CODE, EXPANSION = 0, 1  # kinds of regions
 CONDITION = 6           # kind of a branch that belongs to a && or ||
 MEASURES = ["lines", "branches", "conditions"]

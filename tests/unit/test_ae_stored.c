@@ -332,6 +332,13 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
         CHECK(roln_ae_init(&ae, st, &seed, scratch) == ROLN_E_SHAPE && seed == 5);
         CHECK(roln_ae_init_pod(&ae, 10, th, 1, NULL, st, area, scratch) == ROLN_E_SHAPE);
     }
+    { /* weights that are not to be stored in fewer bits */
+        roln_ae full = ae;
+        full.storage = ROLN_FULL, m.ae = full;
+        w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
+        CHECK(roln_ae_quantise(&full, th, z, z + 2, st, w) == ROLN_E_SHAPE);
+        m.ae = ae, w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
+    }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
     fresh_done();

@@ -790,6 +790,9 @@ static void test_plans(void)
     limits.dt = goal.dt = dt, limits.tau_each = tau, limits.margin = 1, limits.motors = &motors;
     goal.limits = &limits, goal.u = weight;
     CHECK(wheel_plan_follow(&p, &goal, &plan, 0, &s, u) == ROLN_E_LENGTH && all(wheel_motors, u, 7));
+    p.slope *= 2; /* another config's */
+    CHECK(wheel_plan_follow(&p, &goal, &plan, 0, &s, u) == ROLN_E_SHAPE && all(wheel_motors, u, 7));
+    p.slope /= 2;
     memset(&term, 0, sizeof term);
     term.of = ROLN_OF_ZD, term.count = 1, term.C = weight, term.weight = weight, term.ref = zero;
     goal.terms = 1, goal.term = &term; /* a sum of velocities */

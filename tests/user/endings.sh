@@ -134,7 +134,7 @@ check "no checkpoint any more: ended with $?" test $? -eq 3
 check 'no checkpoint any more: says so' grep '^warning: cannot write .*early.check: ' $early.log
 check 'no checkpoint any more: the same bits' cmp $early.roln $dir/j.roln
 rm -r $early.check $early.svg
-# out of memory at the n-th request
+# out of memory at the n-th request; the first one that the training itself makes, and later ones
 cat > $dir/scarce.h << 'END_OF_FILE'
 #define _POSIX_C_SOURCE 200809L
 #include <stdlib.h>
@@ -146,7 +146,11 @@ static void *scarce(size_t count, size_t size)
 #define calloc scarce
 END_OF_FILE
 gcc -std=c99 -O1 -I. -I$dir -include $dir/scarce.h -DMODEL=joints examples/train.c -o $dir/scarce -lpthread -lm
-for n in 50 60 80; do
+first=12
+until REQUESTS=$first $dir/scarce $dir/small.csv steps=200 out=$early > $dir/says.log 2>&1; [ $? -eq 3 ] || [ $first -gt 200 ]; do
+    first=$((first + 1))
+done
+for n in $first $((first + 5)) $((first + 20)); do
     rm -f $early.* ${early}_*
     check "out of memory: $n" ends 3 '^no trained model: the training ended at step' \
         env REQUESTS=$n $dir/scarce $dir/small.csv steps=200 out=$early
