@@ -3834,12 +3834,11 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* How far z lies beyond the range of coordinate i, 0 or less within. Of an angle the range is an arc: counted is the turn of z
-   that is next to its middle, and an arc of 2 pi holds all. NaN: an angle more than 2^20 rad from there. */
-ROLN_FN roln_real ROLNI_(beyond)(const ROLN_(params) *p, int i, roln_real z)
+/* z, to be compared with the range of coordinate i. Of an angle the range is an arc: the turn of z next to its middle, and an arc of
+   2 pi holds all. NaN: an angle more than 2^20 rad from there. */
+ROLN_FN roln_real ROLNI_(turned)(const ROLN_(params) *p, int i, roln_real z)
 {
-    const roln_real low = p->z_min[i], high = p->z_max[i], x = roln_lnn_near(&ROLN_(model).lnn, i, low / 2 + high / 2, z);
-    return ROLN_MAX(low - x, x - high);
+    return roln_lnn_near(&ROLN_(model).lnn, i, p->z_min[i] / 2 + p->z_max[i] / 2, z);
 }
 
 /* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. An angle
@@ -3848,9 +3847,11 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
 {
     int i, in = 1;
     for (i = 0; i < ROLN_(n); i++) {
-        const roln_real turned = roln_lnn_angle(&ROLN_(model).lnn, i) ? 4 * ROLN_EPS * (ROLNI_PI + ROLN_ABS(z[i])) : 0;
+        const roln_real rounding = roln_lnn_angle(&ROLN_(model).lnn, i) ? 4 * ROLN_EPS * (ROLNI_PI + ROLN_ABS(z[i])) : 0;
+        const roln_real x = ROLNI_(turned)(p, i, z[i]), room = margin * (p->z_max[i] - p->z_min[i]) + rounding;
         in &= roln_finite(z[i]) && roln_finite(zd[i]);
-        in &= ROLNI_(beyond)(p, i, z[i]) <= margin * (p->z_max[i] - p->z_min[i]) + turned;
+        in &= p->z_min[i] - x <= room;
+        in &= x - p->z_max[i] <= room;
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * p->zd_max[i];
     }
     return in;
@@ -6487,7 +6488,8 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     if (!roln_finite(novelty)) return ROLN_E_NOT_FINITE;
     most->novelty = ROLN_MAX(most->novelty, novelty);
     for (i = 0; i < ROLN_(n); i++) {
-        const roln_real wide = p->z_max[i] - p->z_min[i], out = ROLNI_(beyond)(p, i, s->z[i]);
+        const roln_real wide = p->z_max[i] - p->z_min[i], x = ROLNI_(turned)(p, i, s->z[i]);
+        const roln_real out = ROLN_MAX(p->z_min[i] - x, x - p->z_max[i]);
         const roln_real fast = ROLN_ABS(s->zd[i]) - p->zd_max[i];
         if ((out > 0 && !(wide > 0)) || (fast > 0 && !(p->zd_max[i] > 0))) return ROLN_E_RANGE;
         if (out > 0) most->margin = ROLN_MAX(most->margin, out / wide);

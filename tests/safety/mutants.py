@@ -50,7 +50,7 @@ QUICK = [ # function, what stands there, what takes its place
     ("rolni_unbalanced", "before + g->power", "before - g->power"),
     ("NAME_i_guard", "g->bad >= limits->hold", "g->bad > limits->hold"),
     ("NAME_tick", "st == ROLN_OK ? tau : NULL", "tau"),
-    ("NAME_i_in_range", "<= margin * (", ">= margin * ("),
+    ("NAME_i_in_range", "x - p->z_max[i] <= room", "x - p->z_max[i] >= room"),
     ("roln_unpack", "return ROLN_E_CHECKSUM", "return ROLN_OK"),
 ]
 GCC = "gcc -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -O1 -w".split()
