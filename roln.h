@@ -3834,7 +3834,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* z, to be compared with the range of coordinate i. Of an angle the range is an arc: the turn of z next to its middle, and an arc of
+/* z, to be compared with the range of coordinate i. Of an angle, whose range is an arc: the turn of z next to its middle; an arc of
    2 pi holds all. NaN: an angle more than 2^20 rad from there. */
 ROLN_FN roln_real ROLNI_(turned)(const ROLN_(params) *p, int i, roln_real z)
 {

@@ -285,8 +285,7 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
     static const float bad[3] = {INFINITY, -INFINITY, NAN};
     float z[4] = {-1, -1, 1, 1}, *th, *st, *was, *w;
     int i, j, size;
-    m.ae = ae;
-    th = weights(s);
+    m.ae = ae, th = weights(s);
     ae.storage = storage, size = roln_ae_params(&ae);
     st = normal(size, 1, s), was = copy(size, st), m.ae = ae, w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
 #define STORE() roln_ae_quantise(&ae, th, z, z + 2, st, w)
@@ -332,13 +331,9 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
         CHECK(roln_ae_init(&ae, st, &seed, scratch) == ROLN_E_SHAPE && seed == 5);
         CHECK(roln_ae_init_pod(&ae, 10, th, 1, NULL, st, area, scratch) == ROLN_E_SHAPE);
     }
-    { /* weights that are not to be stored in fewer bits */
-        roln_ae full = ae;
-        full.storage = ROLN_FULL, m.ae = full;
-        w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
-        CHECK(roln_ae_quantise(&full, th, z, z + 2, st, w) == ROLN_E_SHAPE);
-        m.ae = ae, w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
-    }
+    ae.storage = ROLN_FULL, m.ae = ae; /* weights that are not to be stored in fewer bits */
+    CHECK(roln_ae_quantise(&ae, th, z, z + 2, st, fresh(ROLN_AE_QUANTISE_WORK(OF_M))) == ROLN_E_SHAPE);
+    ae.storage = storage, m.ae = ae;
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
     fresh_done();
