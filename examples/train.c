@@ -542,6 +542,7 @@ typedef struct {
     const pool *samples, *windows;
     const M(params) *p; /* where */
     int again;          /* there the step has come to: residuals alone */
+    int exact;          /* the data have no noise, so no residual is an outlier */
     int start[ROWS], length[ROWS], of_windows[PARTS];
     int *cut;                  /* [processes * threads + 1]: the first row of each thread of each process, in their order */
     char ran_away[THREADS][PARTS], overflowed[THREADS]; /* 1: a thread met such a window in a part; such a sample */
@@ -802,6 +803,7 @@ static const char *newton_step(rows *f)
     int tries, k;
     if (s.gentle && s.newton.state.lambda < ROLN_C(0.1)) s.newton.state.lambda = ROLN_C(0.1);
     damping = s.newton.state.lambda, opt.memory = s.memory, opt.rate = rate;
+    if (f->exact) opt.cap = 0;
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if (!draw(f, s.window_weight > 0 ? WINDOWS : 0)) continue;
@@ -846,7 +848,7 @@ static void refine_start(void)
     samples.start = room((size_t)m.samples, sizeof *samples.start);
     for (s.step = 0; s.step < m.samples; s.step++)
         samples.start[s.step] = s.step;
-    f.samples = &samples, f.windows = &none;
+    f.samples = &samples, f.windows = &none, f.exact = 1;
     weigh_forces(1);
     s.newton.state = (roln_newton)ROLN_NEWTON_START, s.memory = 8;
     for (s.step = 0;; s.step++) {
