@@ -11,7 +11,8 @@
 
    q + h qd is the prediction of a constant velocity. A model is better than it at a horizon if its E_q is less than 1 / BETTER of
    that of q + h qd. Only horizons count at which q + h qd is off by 0.01 % and more than what the chart and the noise of the
-   recordings leave, which no model can predict; the others are printed in parentheses. The longest one always may count.
+   recordings leave, which no model can predict; with smoother= also by more than the noise of the encoders. The others are printed
+   in parentheses. The longest one always may count.
 
    1 errors     2 table     3 torques     4 pictures */
 
@@ -410,6 +411,22 @@ static void table_head(FILE *csv)
     fprintf(csv, ",constant_velocity_percent,counts,recording_count\n");
 }
 
+static double encoders[M(N)]; /* deviations of the recorded q that smoother= has replaced; 0: it has not */
+
+/* Their E_q over the windows of scores. What the smoother leaves of them nobody can tell, so q + h qd has to be off by more than all
+   of them. */
+static double noise_of_encoders(int count, const score *scores)
+{
+    const roln_real *each = units_of(&s.p);
+    double noise = 0, spread = 0;
+    int windows = 0, j, k;
+    for (j = 0; j < (int)M(N); j++)
+        noise += pow(encoders[j] / (each ? (double)each[j] : 1), 2);
+    for (k = 0; k < count; k++)
+        spread += scores[k].sum[1], windows += scores[k].windows - scores[k].failed;
+    return spread > 0 ? sqrt(noise * windows / spread) : 0;
+}
+
 /* The tables that were printed, for page.h: of held-out recordings, and of test=. */
 static struct {
     char name[200];
@@ -448,7 +465,7 @@ static void table(const char *name, const char *of, const motion *m, int from, i
         done += part;
         if (i == 0) chart = e.q;
         counts = h.samples[i] > 0 && e.constant > SEEN * sqrt(chart * chart + e.floor * e.floor) &&
-                 (e.constant > LITTLE || i + 1 == h.count);
+                 e.constant > noise_of_encoders(to - from, scores) && (e.constant > LITTLE || i + 1 == h.count);
         table_row(name, ms, &e, to - from, counts, csv);
         kept_tables[at].row[i].ms = ms, kept_tables[at].row[i].counts = counts, kept_tables[at].row[i].e = e;
         judge(&by, h.samples[i], &e, counts, &said);

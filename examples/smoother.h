@@ -255,7 +255,7 @@ static void smooth_motion(motion *m, const char *path)
     differences(m, m->qd, m->qdd);
     say("%s: a Kalman smoother moves q by", path);
     for (j = 0; j < N; j++)
-        say("%s %.2g (noise %.2g)", j ? "," : "", moved[j], (double)smoother.noise.q_each[j]);
+        encoders[j] = (double)smoother.noise.q_each[j], say("%s %.2g (noise %.2g)", j ? "," : "", moved[j], encoders[j]);
     say(", rms");
     if (again > 0) say("; its filter started again %d times", again);
     say("\n");
