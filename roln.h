@@ -3834,8 +3834,8 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* z, to be compared with the range of coordinate i. Of an angle, whose range is an arc: the turn of z next to its middle; an arc of
-   2 pi holds all. NaN: an angle more than 2^20 rad from there. */
+/* Returns z for a comparison with the range of coordinate i. The range of an angle is an arc: z gets the turn that is next to the
+   middle of the arc, and an arc of 2 pi holds every z. NaN: an angle more than 2^20 rad from that middle. */
 ROLN_FN roln_real ROLNI_(turned)(const ROLN_(params) *p, int i, roln_real z)
 {
     return roln_lnn_near(&ROLN_(model).lnn, i, p->z_min[i] / 2 + p->z_max[i] / 2, z);

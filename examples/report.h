@@ -413,8 +413,8 @@ static void table_head(FILE *csv)
 
 static double encoders[M(N)]; /* deviations of the recorded q that smoother= has replaced; 0: it has not */
 
-/* Their E_q over the windows of scores. Nobody can tell what the smoother leaves of them, so q + h qd has to be off by more than
-   all of them. */
+/* Returns the E_q that the noise of the encoders would make over the windows of scores; 0 without smoother=. The part that the
+   smoother leaves of this noise is unknown, so the error of q + h qd has to exceed all of it. */
 static double noise_of_encoders(int count, const score *scores)
 {
     const roln_real *each = units_of(&s.p);
