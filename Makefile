@@ -462,7 +462,7 @@ build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
-# single-event upsets: 100,000 bits flip in a closed loop in QEMU, one a run; a quarter of an hour on two busy cores
+# single-event upsets: 100,000 bits flip in a closed loop in QEMU, one in each run; a quarter of an hour on two busy cores
 upsets:
 	JOBS=$(JOBS) sh tests/firmware/upsets.sh
 

@@ -605,10 +605,10 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 }
 
 /* f of the limit of the mean residual of a window, at least `low`. With limits->false_alarms = a the limit is
-       residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   |f| <= 16
-   (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are a W and the change of f, whatever the
-   residuals were, as long as f is inside: the rate of alarms is off by 32 / W at most. f = raised - a since, so that small a are
-   not lost in rounding. */
+       residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   -1 <= f <= 16
+   (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are at most a W + 17, whatever the residuals
+   were, as long as f is below 16. A machine that rests or moves slowly for a long time has small residuals; the limit does not
+   follow these down, and one alarm brings it back to `residual`. f = raised - a since, so that small a are not lost in rounding. */
 ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g, roln_real low)
 {
     const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->since);
@@ -624,7 +624,7 @@ ROLN_FN uint32_t rolni_tail_rank(roln_real a, uint32_t windows)
 /* The limit of the mean residual of a window that ends now, W. */
 ROLN_FN roln_real rolni_residual_limit(const roln_limits *limits, const roln_guard *g)
 {
-    return limits->residual * roln_exp(rolni_raised(limits, g, -16) / 8);
+    return limits->residual * roln_exp(rolni_raised(limits, g, -1) / 8);
 }
 
 /* Ticks over which residuals are averaged. */
@@ -649,7 +649,7 @@ ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
     g->since += g->since < UINT32_MAX;
     if (!alarm) return 0;
     g->alarms = g->since > 1 && 16 * a * ROLNI_AS(roln_real, g->since) > 1 ? 1 : g->alarms + (g->alarms < UINT32_MAX);
-    g->raised = ROLN_MIN(rolni_raised(limits, g, -16 - a) + 1, 16), g->since = 0; /* since has this window, too */
+    g->raised = ROLN_MIN(rolni_raised(limits, g, -1 - a) + 1, 16), g->since = 0; /* since has this window, too */
     return 1;
 }
 
@@ -1648,12 +1648,12 @@ typedef struct {
     int count;               /* outputs y; without C not read */
     const roln_real *C;      /* [count][N or n]; NULL: y = x, and angles count by the shortest turn */
     const roln_real *weight; /* [count] 0 or more: 1 / d^2, where all deviations d are equally bad */
-    const roln_real *ref;    /* [count], or with moving [steps][count], row k for the end of step k; of a limit not read */
+    const roln_real *ref;    /* [count], or with moving [steps][count], row k for the end of step k; not read with low or high */
     int moving;
     roln_real last;          /* at the last step the weights are 1 + last times as large */
     /* what follows may be left out */
-    const roln_real *low, *high; /* [count] limits, low <= high; NULL, low -inf, high inf: no limit. An angle without C is on the
-                                    turn that is next to the middle of its limits, or to the only one */
+    const roln_real *low, *high; /* [count] limits, low <= high; one NULL, low -inf, high inf: no limit. An angle without C is on
+                                    the turn that is next to the middle of its limits, or to the only one */
     const roln_real *tighten;    /* [steps][count] 0 or more: behind step k the limits are so far inside (NAME_plan_tighten). Where
                                     low is then above high, both cost, the least in the middle between them; NULL: 0 */
 } roln_term;
@@ -1669,7 +1669,7 @@ typedef struct {
     /* what follows may be left out */
     int iterations;            /* of roln_ocp_solve; 0: 6, with limits of rate 8 */
     const roln_real *P, *end;  /* cost of all that comes after the last step, (s - end)^T P (s - end), of NAME_lqr say: [2n][2n],
-                                  [2n] = [z; zd]; NULL: none */
+                                  [2n] = [z; zd]; P NULL: none */
     const roln_real *load;     /* [n] constant force on z, J, that plans count on, of a filter say; NULL: none */
     const roln_real *reserve;  /* [steps][motors] 0 or more, below tau: so much of the torque of a step is left to feedback, which
                                   may use all of it (NAME_plan_tighten). Limits of rate that cannot follow go first; NULL: none */
@@ -3163,7 +3163,7 @@ typedef struct {
     /* deviations are (always^2 + grows^2 novelty^(halves / 2))^(1/2): of zdd, 1/s^2, and of the force on z, J */
     int halves;
     roln_real always[2 * ROLN_(n)], grows[2 * ROLN_(n)];
-    roln_real lasts; /* correlation time of errors of zdd, s */
+    roln_real lasts; /* correlation time of errors of zdd, s; 0: unknown */
 } ROLN_(evidence);
 
 /* Output of NAME_doubt: the novelty of a state, and standard deviations of the model's acceleration and latent force there. */
@@ -3601,7 +3601,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
+/* PD+ control in the latent space (Paden and Panja 1988, on the reduced model): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + d(z, zd) - Kp e - Kd ed - load,   e of angles by the shorter way.
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. The reference and the diagonal
    gains are in r. Of a driven coordinate tau_z is the acceleration zdd_ref - kp e - kd ed, gains in 1/s^2 and 1/s, which takes the
@@ -5610,7 +5610,7 @@ ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evid
    r = exp(-dt / lasts) and C = E[(z, zd) x^T] it is, linearised,
        P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = r (A C + G).
    Deviations of z, zd are the roots of the diagonal of P. s and o are untouched unless ROLN_OK. Status of NAME_doubt, NAME_linear;
-   ROLN_E_RANGE also if dt < 0, or e->lasts is 0. NAME_fit_outlook sets it; NAME_fit_doubt sets it to its dt, which is too short;
+   ROLN_E_RANGE also if dt < 0, or e->lasts is 0, as it is until NAME_fit_outlook sets it;
    ROLN_E_NOT_SPD: a variance has become negative by rounding, in a roll-out that has gone astray. Cost: NAME_linear, NAME_doubt and
    20 n^3 multiply-adds. */
 ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, ROLN_(latent) *s,
@@ -5658,6 +5658,7 @@ ROLN_FN roln_status ROLNI_(term_check)(const roln_term *t, int count)
 {
     const int steps = ROLN_(steps);
     int i;
+    if (count > 0 && !t->low && !t->high && !t->ref) return ROLN_E_LENGTH;
     if (!t->low && !t->high) return roln_all_finite((t->moving ? steps : 1) * count, t->ref) ? ROLN_OK : ROLN_E_NOT_FINITE;
     for (i = 0; i < count; i++) {
         if (t->low && !roln_finite(t->low[i]) && !(t->low[i] < 0)) return ROLN_E_NOT_FINITE;
@@ -5670,8 +5671,8 @@ ROLN_FN roln_status ROLNI_(term_check)(const roln_term *t, int count)
     return ROLN_OK;
 }
 
-/* Status of a goal: ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight; ROLN_E_RANGE: dt, limits, reserve.
-   L [2n][2n] is written. */
+/* Status of a goal: ROLN_E_LENGTH: sizes, motors, an array that is missing; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight;
+   ROLN_E_RANGE: dt, limits, reserve. L [2n][2n] is written. */
 ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
 {
     const int N = ROLN_(N), n = ROLN_(n), motors = ROLN_(motors);
@@ -5694,7 +5695,7 @@ ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
         const roln_term *t = g->term + k;
         const int count = t->C ? t->count : t->of < ROLN_OF_Z ? N : n;
         roln_status st;
-        if (t->of < ROLN_OF_Q || t->of > ROLN_OF_ZD || count < 0) return ROLN_E_LENGTH;
+        if (t->of < ROLN_OF_Q || t->of > ROLN_OF_ZD || count < 0 || (count > 0 && !t->weight)) return ROLN_E_LENGTH;
         if (!roln_all_finite(count, t->weight) || (t->C && !roln_all_finite(count * (t->of < ROLN_OF_Z ? N : n), t->C)) ||
             !roln_finite(t->last))
             return ROLN_E_NOT_FINITE;
@@ -5703,6 +5704,7 @@ ROLN_FN roln_status ROLNI_(goal_check)(const roln_goal *g, roln_real *L)
             if (t->weight[i] < 0 || t->last < 0) return ROLN_E_NOT_SPD;
     }
     if (!g->P) return ROLN_OK;
+    if (!g->end) return ROLN_E_LENGTH;
     return roln_all_finite(2 * n, g->end) ? rolni_goal_weighs(2 * n, g->P, L) : ROLN_E_NOT_FINITE;
 }
 
@@ -6125,14 +6127,14 @@ ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
    *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no new one:
    the last one has become a step older, or, at its end, is no longer known. ROLN_E_SHAPE: parameters that do not match;
    ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
-   seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
-   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
-   be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
-   test_motor_units). If the solution is beyond other limits of the state (roln_term) than the base is, the problem is solved again
-   with those, at most three times. Numbers that goal points to stay as they are during the call. The derivatives of each step are
-   kept in *plan for the next call, which uses them again if the state there has hardly moved (docs/control.md, "Derivatives").
-   Cost: steps times NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve, with limits
-   of the state one to four times. */
+   seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors, a term without weight, or without ref and limits, P without end;
+   ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver; ROLN_E_NOT_FINITE, of other numbers; status of
+   NAME_linear, roln_ocp_solve. A limit of torque that is never reached may be any finite number. It changes a plan by rounding
+   only, and so does another unit of a motor (test_plan.c: test_far, test_motor_units). If the solution is beyond other limits of
+   the state (roln_term) than the base is, the problem is solved again with those, at most three times. Numbers that goal points
+   to stay as they are during the call. The derivatives of each step are kept in *plan for the next call, which uses them again if
+   the state there has hardly moved (docs/control.md, "Derivatives"). Cost: steps times NAME_step or, for new derivatives,
+   NAME_linear, one to three times NAME_step, and roln_ocp_solve, with limits of the state one to four times. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
                                      ROLN_(plan_next_work) *w)
 {
@@ -6280,7 +6282,7 @@ ROLN_FN roln_real ROLNI_(tighten_of)(const roln_real *row, ROLN_(plan_tighten_wo
    where c are the derivatives of an output by (z, zd), of qd by zd alone. A torque at its limit is no feedback, so pass a plan that
    reaches few limits. If many plans use the numbers, take the largest of several calls. A reserve may be as large as the limit of
    torque, which NAME_plan_next refuses. to holds no result unless ROLN_OK. ROLN_E_LENGTH: there is no plan, motors, or the term;
-   ROLN_E_RANGE: sigmas < 0, dt, or e knows no time (NAME_fit_outlook); ROLN_E_NOT_FINITE; status of NAME_doubt, NAME_linear.
+   ROLN_E_RANGE: sigmas < 0, dt, or e->lasts is 0 (NAME_fit_outlook); ROLN_E_NOT_FINITE; status of NAME_doubt, NAME_linear.
    Cost: of each step NAME_doubt, NAME_linear and 30 n^3 multiply-adds. */
 ROLN_FN roln_status ROLN_(plan_tighten)(const ROLN_(params) *p, const ROLN_(evidence) *e, const roln_goal *goal,
                                         const ROLN_(plan) *plan, const roln_term *term, roln_real sigmas, roln_real *to,
@@ -6575,10 +6577,10 @@ ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const
    margin, residual, q_tolerance, qd_tolerance and, with evidence, novelty become slack times what these recordings need at least,
    margin no less than 0.1; the others are 0, not checked, where nothing was needed. With ROLN_DRIVEN the residual is 0. With
    false_alarms = a the residual is no such multiple: of W windows of residual_window ticks the a (W + 1) with the largest are at it
-   or beyond (split conformal prediction; rolni_tail_rank), if that is at least one. With b->tau, tau_each and rate_each
+   or beyond (split conformal prediction; rolni_tail_rank). With b->tau, tau_each and rate_each
    [force_size] become slack times the largest torque of each joint and its largest change, l points to them, and l->tau, l->rate
    are the largest of all. Without b->tau, or where l->motors has a B, they stay. ROLN_E_LENGTH: less than two samples, with
-   false_alarms no recording of a whole window, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
+   false_alarms fewer than 1 / false_alarms - 1 windows, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
    residual_window negative, false_alarms not below 1, or not 0 with ROLN_DRIVEN, a number that stays is negative or not finite,
    l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
    the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing is written. */
@@ -6613,8 +6615,8 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
             most.residual = ROLN_MAX(most.residual, ROLN_ABS(w->guard.g.residual));
             windows += h > 0 && w->guard.g.ticks == 0;
         }
-    if (l->false_alarms > 0 && windows == 0) return ROLN_E_LENGTH;
     rank = rolni_tail_rank(l->false_alarms, windows);
+    if (l->false_alarms > 0 && rank == 0) return ROLN_E_LENGTH;
     if (rank > 0) ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
     else most.residual *= slack;
     if (!(most.residual > 0)) most.false_alarms = 0;
@@ -7072,7 +7074,7 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
 /* Deviations of NAME_doubt, to e, whose states were added before, from recordings that the model was not trained with: the law of
    growth under which the errors of the windows of b are likeliest. An error is the mean over a window of the acceleration that
    NAME_step misses, steps of dt seconds apart, and M times it. Long windows average the noise of qd: 25 ms are usual.
-   Deviations from few windows are too small: take a hundred or more. e->lasts becomes dt (NAME_fit_outlook).
+   Deviations from few windows are too small: take a hundred or more. e->lasts becomes 0: call NAME_fit_outlook next.
    ROLN_E_LENGTH: no window, step, stride or qd; ROLN_E_RANGE: e has seen no state; status of NAME_encode, NAME_step, NAME_dynamics;
    ROLN_E_NOT_FINITE, also of errors beyond 1e14 as float. e is untouched unless ROLN_OK. */
 ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
@@ -7091,7 +7093,7 @@ ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b
         rolni_growth_add(2 * ROLN_(n), novelty, w->error, w->logs, w->squares);
     }
     e->halves = rolni_growth_solve(b->count, 2 * ROLN_(n), w->logs, w->squares, e->always, e->grows);
-    e->lasts = dt;
+    e->lasts = 0;
     return ROLN_OK;
 }
 

@@ -17,7 +17,8 @@
 #ifndef FITTED_H
 #define FITTED_H
 
-enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 100 };
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 100,
+       RESIDUAL_TICKS = 8 /* of residual_window */ };
 
 static struct {
     roln_limits limits;
@@ -47,6 +48,28 @@ static roln_batch held_windows_of(int steps, int stride, int *start, int most)
 static roln_batch held_windows(int *start, int most)
 {
     return held_windows_of(WINDOW_TICKS, 1, start, most);
+}
+
+/* Those for limits. With false_alarms= there are windows of the residual enough that four are beyond the limit, if there are. */
+static roln_batch guard_windows(int *start)
+{
+    const double rate = set("false_alarms");
+    const int each = held_windows(start, d.samples).steps / RESIDUAL_TICKS;
+    const double most = rate > 0 && each > 0 ? fmin(4 / (rate * each), d.samples) : 0;
+    return held_windows(start, (int)fmax(GUARD_TICKS / WINDOW_TICKS, most));
+}
+
+/* Refuses false_alarms= that no window of held-out recordings would be beyond. */
+static void check_false_alarms(void)
+{
+    const double rate = set("false_alarms");
+    int *start = room((size_t)d.samples + 1, sizeof *start), windows;
+    roln_batch b;
+    b = guard_windows(start), windows = b.count * (b.steps / RESIDUAL_TICKS);
+    free(start);
+    if (rate > 0 && rate * (windows + 1) < 1)
+        fail("false_alarms=%g: %.0f windows of %d samples are needed, held-out recordings have %d\nhint: %s", rate,
+             ceil(1 / rate) - 1, RESIDUAL_TICKS, windows, "a larger false_alarms=, a larger held=, or longer recordings");
 }
 
 /* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs, and for times over which errors last: as many
@@ -119,10 +142,10 @@ static void fit_torques(void)
 static const char *fit_limits(int *start)
 {
     roln_real tau[M(force_size)], rate[M(force_size)]; /* of the windows alone */
-    const roln_batch b = held_windows(start, GUARD_TICKS / WINDOW_TICKS);
+    const roln_batch b = guard_windows(start);
     roln_limits *l = &found.limits;
     roln_status st;
-    l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = 8, l->tau = 1;
+    l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = RESIDUAL_TICKS, l->tau = 1;
     l->false_alarms = (roln_real)set("false_alarms");
     if (!found.no_evidence) l->evidence = found.evidence.L;
     st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
@@ -310,9 +333,9 @@ static const char *power_unit(void)
 static void put_limits(FILE *f)
 {
     const roln_limits *l = &found.limits;
-    const int torques_are = l->tau_each != NULL;
+    const int torques_are = l->tau_each != NULL, smooth_are = d.reach > 0 || words[SMOOTHER].value;
     fprintf(f, "\n/* Limits of NAME_tick, from %d ticks of held-out recordings%s. */\n", found.limit_ticks,
-            d.reach > 0 || words[SMOOTHER].value
+            smooth_are
                 ? ", which are smooth: a controller changes torques faster, and its residual is larger"
                 : "");
     if (found.no_limits) {
@@ -326,8 +349,12 @@ static void put_limits(FILE *f)
     fprintf(f, "static const roln_limits " STRING(MODEL) "_limits = {\n");
     put_tick(f, l->dt);
     put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
-    put_constant(f, l->residual, l->false_alarms > 0 ? "residual, %s: this part of the recordings is beyond it: false_alarms"
-                                                     : "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
+    put_constant(f, l->residual,
+                 !(l->false_alarms > 0) ? "residual, %s: %d times the largest of the recordings"
+                 : smooth_are ? "residual, %s: the part false_alarms of smooth recordings is beyond it; UNKNOWN in your loop: fit it "
+                                "there, NAME_fit_limits"
+                              : "residual, %s: the part false_alarms of the recordings is beyond it",
+                 power_unit(), SLACK);
     put_constant(f, l->tau,
                  torques_are ? "tau, %s: not used, for tau_each is"
                              : "tau: UNKNOWN, no torque was trained with; 0 lets no "
@@ -411,7 +438,8 @@ static void put_evidence(FILE *f)
     put_numbers(f, 2 * (int)M(n), e->always, ",\n    ");
     put_numbers(f, 2 * (int)M(n), e->grows, ",\n");
     if (found.no_outlook)
-        put_constant(f, e->lasts, "lasts, s: NOT FITTED, so NAME_doubt_ahead expects too little: %s", found.no_outlook);
+        put_constant(f, e->lasts, "lasts, s: NOT FITTED, so NAME_doubt_ahead and NAME_plan_tighten say ROLN_E_RANGE: %s",
+                     found.no_outlook);
     else put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long");
     fprintf(f, "};\n");
 }

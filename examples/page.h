@@ -221,10 +221,10 @@ static void put_errors_of(FILE *f, int at)
     for (i = 0; i < kept_tables[at].rows; i++) {
         const error *e = &kept_tables[at].row[i].e;
         fputs("<tr>", f);
-        put_number(f, kept_tables[at].row[i].ms), put_number(f, 100 * e->q), put_number(f, 100 * e->q_tolerance);
+        put_number(f, kept_tables[at].row[i].ms), put_number(f, 100 * e->q), put_number(f, 100 * e->q_error);
         put_number(f, 100 * e->median), put_number(f, 100 * e->tenth);
         put_number(f, 100 * e->constant), put_cell(f, kept_tables[at].row[i].counts ? "yes" : "no");
-        put_number(f, 100 * e->qd), put_number(f, 100 * e->qd_tolerance), put_number(f, e->worst + 1);
+        put_number(f, 100 * e->qd), put_number(f, 100 * e->qd_error), put_number(f, e->worst + 1);
         put_number(f, 100 * e->joint_q[e->worst]), put_number(f, e->joint_rms[e->worst]);
         put_number(f, e->failed), put_number(f, e->windows), fputs("</tr>\n", f);
     }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* pend16.h - chain of 16 pendulums that moves on a manifold of 4 dimensions (tests/mujoco): the model of README. */
+/* pend16.h - chain of 16 pendulums that moves on a manifold of 4 dimensions (tests/mujoco). */
 #ifndef PEND16_H
 #define PEND16_H
 

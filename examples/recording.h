@@ -1960,6 +1960,7 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
 {
     const int n = d->samples, rare = n / 1000 > 4 ? n / 1000 : 4, columns = kind == OF_TAU ? d->forces : d->N;
     const roln_real *x = (kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau) + j;
+    const double unit = kind == OF_TAU ? unit_of_tau(d) : 1;
     double most, range;
     int count = 0, k, i, a, b;
     if (n < 8 * rare) return 0;
@@ -1981,7 +1982,7 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
             if (!(fabs(off[i]) > most)) continue;
             if (count++ == 0)
                 say("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[k], d->line[i], kind_names[kind], j + 1,
-                       (double)x[i * columns], (double)x[i * columns] - off[i]);
+                    unit * (double)x[i * columns], unit * ((double)x[i * columns] - off[i]));
             wild[i] = 1;
         }
     if (count > 1) say("; so are %d more rows: left out\n", count - 1);
@@ -2009,6 +2010,19 @@ static void drop_wild(motion *d, const wanted *w)
     }
     if (rows > 0) d->first[d->trajectories] = d->samples = to;
     free(wild), free(off), free(sorted);
+}
+
+/* The own unit of tau is one of a row that was left out, if all that are left are far smaller: then it is the largest of these. */
+static void check_unit(motion *d)
+{
+    double most = 0;
+    int i;
+    for (i = 0; i < d->samples * d->forces && d->has_tau; i++)
+        most = fmax(most, fabs((double)d->tau[i]));
+    if (!(d->tau_unit > 0) || !(9 * most < 1)) return;
+    d->tau_unit *= most;
+    for (i = 0; i < d->samples * d->forces && most > 0; i++)
+        d->tau[i] = (roln_real)((double)d->tau[i] / most);
 }
 
 /* Nonzero if all stamps are multiples of a digit. */
@@ -2893,6 +2907,34 @@ static void add_noise(motion *d, double level, int each, uint64_t seed, double *
     differences(d, d->qd, d->qdd);
 }
 
+/* Leaves recordings out that have no 2 half + 1 samples. */
+static void leave_short_out(motion *d, int half)
+{
+    int longest = 0, left = 0, parts = 0, to = 0, k, i;
+    for (k = 0; k < d->trajectories; k++)
+        if (d->first[k + 1] - d->first[k] > longest) longest = d->first[k + 1] - d->first[k];
+    if (longest <= 2 * half)
+        fail("%s: smooth=%d needs %d samples in a recording, the longest has %d\nhint: a smaller smooth=", d->path, half,
+             2 * half + 1, longest);
+    for (k = 0; k < d->trajectories; k++) {
+        const int a = d->first[k], b = d->first[k + 1];
+        if (b - a <= 2 * half) {
+            if (left++ == 0)
+                say("%s:%d: a recording of %d samples is left out, smooth=%d needs %d", d->file[k], d->line[a], b - a, half,
+                    2 * half + 1);
+            continue;
+        }
+        d->first[parts] = to, d->file[parts] = d->file[k], d->origin[parts++] = d->origin[k];
+        for (i = a; i < b; i++, to++) {
+            move_sample(d, i, to);
+            memmove(d->tau_mid + to * d->forces, d->tau_mid + i * d->forces, (size_t)d->forces * sizeof *d->tau_mid);
+        }
+    }
+    if (left > 1) say("; so are %d more\n", left - 1);
+    else if (left > 0) say("\n");
+    d->first[d->trajectories = parts] = d->samples = to;
+}
+
 /* Savitzky-Golay: q, qd, qdd of each sample from the least-squares parabola c0 + c1 x + c2 x^2 through q of the samples at
    x = -half .. half about it; at the ends of a trajectory from its first or last 2 half + 1 samples. */
 static void smooth(motion *d, int half)
@@ -2904,11 +2946,9 @@ static void smooth(motion *d, int half)
     for (x = -half; x <= half; x++)
         s2 += (double)x * x, s4 += (double)x * x * x * x;
     det = s0 * s4 - s2 * s2;
+    leave_short_out(d, half);
     for (k = 0; k < d->trajectories; k++) {
         const int a = d->first[k], b = d->first[k + 1];
-        if (b - a <= 2 * half)
-            fail("%s: smooth=%d needs %d samples, recording %d has %d\nhint: a smaller smooth=, or leave that recording out",
-                 d->path, half, 2 * half + 1, k + 1, b - a);
         for (j = 0; j < N; j++) {
             for (i = a; i < b; i++)
                 y[i] = (double)d->q[i * N + j];
@@ -3143,6 +3183,7 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
     split_restarts(&d);
     drop_repeats(&d);
     drop_wild(&d, w);
+    check_unit(&d);
     keep_most(&d);
     p = find_pace(&d);
     d.dt = p.mean;

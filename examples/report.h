@@ -7,12 +7,12 @@
        table     errors at all horizons, printed and as CSV
        torques   torques by inverse dynamics against recorded ones, M, friction
        draw_..   files of the learning curve, and of recordings beside their prediction; put_..: the same in a page
-       doubt     says why the model is no trained model
+       object    says why the model is no trained model
 
    q + h qd is the prediction of a constant velocity. A model is better than it at a horizon if its E_q is less than 1 / BETTER of
    that of q + h qd. Only horizons count at which q + h qd is off by 0.01 % and more than what the chart and the noise of the
-   recordings leave, which no model can predict; with smoother= also by more than the noise of the encoders. The others are printed
-   in parentheses. The longest one always may count.
+   recordings leave, four times, which no model can predict; with smoother= also by more than the noise of the encoders. The others
+   are printed in parentheses. The longest one up to look= may count though q + h qd is off by less than 0.01 %.
 
    1 errors     2 table     3 torques     4 pictures */
 
@@ -22,15 +22,15 @@
 #include "plot.h"
 
 /* Reasons why there is no trained model, apart by "; "; empty: there is one. */
-static char doubts[600];
+static char objections[600];
 
-static void doubt(const char *format, ...)
+static void object(const char *format, ...)
 {
-    const size_t at = strlen(doubts);
+    const size_t at = strlen(objections);
     va_list list;
-    if (at > 0) snprintf(doubts + at, sizeof doubts - at, "; ");
+    if (at > 0) snprintf(objections + at, sizeof objections - at, "; ");
     va_start(list, format);
-    vsnprintf(doubts + strlen(doubts), sizeof doubts - strlen(doubts), format, list);
+    vsnprintf(objections + strlen(objections), sizeof objections - strlen(objections), format, list);
     va_end(list);
 }
 
@@ -46,7 +46,7 @@ static void doubt(const char *format, ...)
    joint: E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. Trajectories
    that are too short for a window count for nothing. */
 typedef struct {
-    double q, qd, q_tolerance, qd_tolerance, median, tenth, typical, joint_q[M(N)], joint_rms[M(N)];
+    double q, qd, q_error, qd_error, median, tenth, typical, joint_q[M(N)], joint_rms[M(N)];
     double constant, floor; /* E_q of q + h qd over the same windows; what noise leaves of it, as far as the recordings tell */
     int failed, windows, worst, used; /* used: trajectories that are long enough for a window */
 } error;
@@ -263,7 +263,7 @@ static error errors(const motion *m, const M(params) *p, int from, int count, in
     r.first = cut_at(count, process);
     share(cut_at(count, process + 1) - r.first, roll, &r);
     gather_cuts(scores, sizeof *scores, count), gather_off(&r);
-    e.q = ratio(count, scores, 0, &e.q_tolerance), e.qd = ratio(count, scores, 2, &e.qd_tolerance);
+    e.q = ratio(count, scores, 0, &e.q_error), e.qd = ratio(count, scores, 2, &e.qd_error);
     for (k = 0; k < count; k++)
         e.used += scores[k].windows > 0, e.failed += scores[k].failed, e.windows += scores[k].windows;
     for (k = 0; k < count; k++)
@@ -349,11 +349,21 @@ static double steps_of_table(const motion *m, int from, int to, int every)
     return all;
 }
 
+/* Nonzero if a look goes so far; if a training window does. */
+static int within_look(double ms)
+{
+    return ms <= 1001 * s.ahead;
+}
+
+static int within_window(double ms)
+{
+    return ms < 1001 * (set("window") > 0 ? set("window") : 0.5);
+}
+
 /* Error that a model has to beat at a horizon: q + h qd and, as far as a training window reaches, the mean of q. */
 static double rival_of(const error *e, double ms)
 {
-    const double reach = 1e3 * (set("window") > 0 ? set("window") : 0.5);
-    return ms < 1.001 * reach && e->constant > 1 ? 1 : e->constant;
+    return within_window(ms) && e->constant > 1 ? 1 : e->constant;
 }
 
 /* Recordings from .. to - 1 of m, of which a table is. */
@@ -365,18 +375,20 @@ typedef struct {
 
 static int limited_by_torques(const judged *of, int samples, const error *e); /* baseline.h */
 
-/* Says once a table where, up to look=, the model is not better than its rival or fails too often. counts: q + h qd is off by more
-   than nobody can predict. */
+/* Says once a table where the model is not better than its rival, up to look=, or where it fails too often or is off by half of the
+   motion, up to look= or window=. counts: q + h qd is off by more than nobody can predict. */
 static void judge(const judged *by, int samples, const error *e, int counts, int *said)
 {
     const double ms = 1e3 * samples * by->m->dt;
     const char *const of = by->name;
-    if (*said || ms > 1001 * s.ahead) return;
-    if (counts && !(BETTER * e->q <= rival_of(e, ms)) && !limited_by_torques(by, samples, e))
-        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
+    if (*said || !(within_look(ms) || within_window(ms))) return;
+    if (within_look(ms) && counts && !(BETTER * e->q <= rival_of(e, ms)) && !limited_by_torques(by, samples, e))
+        object("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
               rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
     else if (20 * e->failed > e->windows)
-        doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
+        object("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
+    else if (within_window(ms) && !(BETTER * e->q <= 1))
+        object("%s: E_q after %.4g ms is %.3g %%, and the mean of q has 100 %%", of, ms, 100 * e->q);
     else return;
     *said = 1;
 }
@@ -387,14 +399,14 @@ static void table_row(const char *name, double ms, const error *e, int trajector
     char constant[24] = "-";
     int j;
     if (ms > 0) snprintf(constant, sizeof constant, counts ? "%s " : "(%s)", in_percent(e->constant).text);
-    printf("%5.4g %8s %7s %8s %8s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_tolerance).text,
+    printf("%5.4g %8s %7s %8s %8s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_error).text,
            in_percent(e->median).text, in_percent(e->tenth).text, constant, in_percent(e->qd).text,
-           in_percent(e->qd_tolerance).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text, e->joint_rms[e->worst],
+           in_percent(e->qd_error).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text, e->joint_rms[e->worst],
            remarks_on(e, trajectories).text);
     fflush(stdout);
     if (!csv) return;
-    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance,
-            100 * e->median, 100 * e->tenth, 100 * e->qd, 100 * e->qd_tolerance, e->failed, e->windows, e->worst + 1);
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_error,
+            100 * e->median, 100 * e->tenth, 100 * e->qd, 100 * e->qd_error, e->failed, e->windows, e->worst + 1);
     for (j = 0; j < (int)M(N); j++)
         fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
     fprintf(csv, ",%.5g,%d,%d\n", 100 * e->constant, counts, e->used);
@@ -448,7 +460,7 @@ static void table(const char *name, const char *of, const motion *m, int from, i
     const int usual = stride_of(m, 0.025);
     score *scores = room((size_t)(to - from), sizeof *scores);
     double all, done = 0, chart = 0;
-    int every = usual, said = 0, counted = 0, at = tables_kept++, i;
+    int every = usual, said = 0, counted = 0, at = tables_kept++, looked = 0, i;
     while (price() * (all = steps_of_table(m, from, to, every)) > time && every < m->samples / 2)
         every *= 2;
     printf("%s\n", name);
@@ -456,6 +468,8 @@ static void table(const char *name, const char *of, const motion *m, int from, i
         if (!changes(m, m->q, M(N), i)) printf("joint %d does not move in any recording: it tells nothing of the model\n", i + 1);
     if (every > usual) printf("(a window every %.3g ms, for time is short)\n", 1e3 * every * m->dt);
     printf("   ms    E_q %%      +-   median     90 %%   q + h qd    E_qd %%      +-  worst joint   E_q %%      rms\n");
+    while (looked + 1 < h.count && within_look(1e3 * h.samples[looked + 1] * m->dt))
+        looked++;
     for (i = 0; i < h.count; i++) {
         const double ms = 1e3 * h.samples[i] * m->dt, part = steps_to(m, from, to, h.samples[i], h.stride[i], every) / fmax(all, 1);
         int counts;
@@ -465,15 +479,15 @@ static void table(const char *name, const char *of, const motion *m, int from, i
         done += part;
         if (i == 0) chart = e.q;
         counts = h.samples[i] > 0 && e.constant > SEEN * sqrt(chart * chart + e.floor * e.floor) &&
-                 e.constant > noise_of_encoders(to - from, scores) && (e.constant > LITTLE || i + 1 == h.count);
+                 e.constant > noise_of_encoders(to - from, scores) && (e.constant > LITTLE || i == looked);
         table_row(name, ms, &e, to - from, counts, csv);
         kept_tables[at].row[i].ms = ms, kept_tables[at].row[i].counts = counts, kept_tables[at].row[i].e = e;
         judge(&by, h.samples[i], &e, counts, &said);
-        counted += counts;
+        counted += counts && i <= looked;
     }
     snprintf(kept_tables[at].name, sizeof kept_tables[at].name, "%s", name);
     kept_tables[at].trajectories = to - from, kept_tables[at].rows = h.count;
-    if (counted == 0) doubt("%s: at no horizon q + h qd is off by more than noise and chart leave", of);
+    if (counted == 0) object("%s: at no horizon up to look= q + h qd is off by more than noise and chart leave", of);
     free(scores);
 }
 
@@ -666,7 +680,7 @@ static void torques(void)
             "another unit, friction that the config has not (ROLN_DAMPING, ROLN_FRICTION), noise of qdd (smooth=)\n",
             poor, TORQUES);
     if (all > 0 && !(all_off < all))
-        doubt("torques of the model are off by %.3g %% of the recorded ones", 100 * sqrt(all_off / all));
+        object("torques of the model are off by %.3g %% of the recorded ones", 100 * sqrt(all_off / all));
 }
 
 /* ---- 4 pictures ---- */

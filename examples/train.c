@@ -146,8 +146,8 @@ static void help(void)
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be that of a regression),\n"
            "     windows were reached (if window= is not 0), and up to look= E_q is at most half of that of q + h qd.\n"
-           "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= at\n"
-           "     most one roll-out in twenty fails.\n"
+           "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= and\n"
+           "     up to window= at most one roll-out in twenty fails.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
            "     Where noise of the torques hides it, E_q before look= need not be better than that of the regression.\n"
            "  3  Weights are written, but one of these is not so.\n"
@@ -1122,7 +1122,7 @@ static void look(void)
     if (s.step == 0 || product < s.best_score)
         s.best_score = product, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
-           far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_tolerance).text, in_percent(e[1].typical).text);
+           far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_error).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
     if (torque > 0) printf("  torques %.3g %%", 100 * torque);
@@ -1283,7 +1283,7 @@ static int write_weights(const char *mark)
     int good;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
     if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK)
-        doubt("the range of z overflows; possible cause: a wild sample");
+        object("the range of z overflows; possible cause: a wild sample");
     widen_range(&s.p);
     p = s.p, p.scale.m *= (roln_real)torque_scale;
     M(pack)(&p, bytes);
@@ -1292,7 +1292,7 @@ static int write_weights(const char *mark)
     good = put_in_place(f, ".roln");
     if (!(f = file(".part", "w"))) return 0;
     if (mark) fprintf(f, MARK "%s */\n", mark);
-    if (M(write)(&p, put_file, f) != ROLN_OK) doubt("weights that are no C constants");
+    if (M(write)(&p, put_file, f) != ROLN_OK) object("weights that are no C constants");
     if (strcmp(words[DELAY].value, "0") != 0)
         fprintf(f, "\n/* s from the stamp of a torque to its effect, in the recordings (docs/control.md, \"Delay\") */\n"
                    "#define %s_DELAY ROLN_C(%.6g)\n", STRING(MODEL), delay_found);
@@ -1323,10 +1323,10 @@ static void rescue(void)
 /* Doubts of the training itself. That of its errors: `judge`. */
 static void judge_training(void)
 {
-    if (last < NEWTON) doubt("before any step of the networks");
-    else if (s.best_step == 0 && !s.begun_there) doubt("no step predicts better than the weights before it");
+    if (last < NEWTON) object("before any step of the networks");
+    else if (s.best_step == 0 && !s.begun_there) object("no step predicts better than the weights before it");
     if (last == NEWTON && window_count > 0 && !s.windowed)
-        doubt(reached > windows_from() ? "from step %d on windows ran away"
+        object(reached > windows_from() ? "from step %d on windows ran away"
                                        : "before windows, which begin at step %d or at half of seconds=", windows_from());
 }
 
@@ -1395,7 +1395,7 @@ static void summary(void)
     if (s.ahead > 0) /* there was a look */
         printf("held-out recordings are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
     if (s.best_error < 1) return;
-    doubt("held-out recordings are predicted no better than by the mean of q");
+    object("held-out recordings are predicted no better than by the mean of q");
     printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by more "
            "than tau%s; too few coordinates or recordings\n",
            set("torque") > 0 ? ", or tau at another time than it acts" : ", for torque=0");
@@ -1439,7 +1439,7 @@ static void tell_success(void)
 static int report(void)
 {
     const char *const by = ended[0] ? ended : limit;
-    char text[sizeof doubts + sizeof ended + 100], *c;
+    char text[sizeof objections + sizeof ended + 100], *c;
     int kept;
     judge_training();
     begun = 0, kept = keep_old();
@@ -1448,22 +1448,22 @@ static int report(void)
              kept > 0 ? "; those that were there before end with .old" : "", words[OUT].value);
     summary();
     tables(0.7 * fmax(0, left() - reserve_of_next()));
-    snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
+    snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, objections);
     for (c = text; *c; c++)
         if (*c == '*') *c = '.'; /* it goes into a comment */
-    if (!write_weights(doubts[0] ? text : NULL))
+    if (!write_weights(objections[0] ? text : NULL))
         fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
              words[OUT].value);
-    fit_settings(), write_settings(doubts[0] ? text : NULL), write_page(doubts[0] ? text : NULL);
+    fit_settings(), write_settings(objections[0] ? text : NULL), write_page(objections[0] ? text : NULL);
     write_next();
     if (kept > 0) printf("what was there before is kept: %s.roln.old, %s_weights.h.old ..\n", words[OUT].value, words[OUT].value);
-    if (!doubts[0]) tell_success();
+    if (!objections[0]) tell_success();
     fflush(stdout);
-    if (doubts[0])
+    if (objections[0])
         fprintf(stderr, "no trained model: %s; weights of step %d are written%s\n", text, s.best_step,
                 by[0] ? "; train on with --resume" : "");
     else if (unwritten) fprintf(stderr, "files that could not be written, as said above: %d; the weights are written\n", unwritten);
-    return doubts[0] ? UNTRAINED : unwritten ? WRONG : DONE;
+    return objections[0] ? UNTRAINED : unwritten ? WRONG : DONE;
 }
 
 /* Says what becomes of positions without velocities, and does it. */
@@ -1586,6 +1586,7 @@ static void read_all(void)
              k, d.path, d.samples, words[HELD].value);
     say("%d recordings (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
         d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    check_false_alarms();
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
     tell_hinges();
     if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
@@ -1627,7 +1628,7 @@ int main(int argc, char **argv)
     check_start();
     tell_unused();
     catch_signals();
-    if (process == 0) check_place(), claim_place();
+    if (process == 0) claim_place(), check_place();
     read_all();
     atexit(rescue);
     check_alike_everywhere();
@@ -1635,7 +1636,7 @@ int main(int argc, char **argv)
     if (!resume()) start(), hand_out(0, &s, sizeof s), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();
-    if (find_spread_range()) doubt("the range of z overflows in spread=");
+    if (find_spread_range()) object("the range of z overflows in spread=");
     if (process > 0) return end_processes(DONE);
     leave_processes();
     i = report();

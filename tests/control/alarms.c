@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* alarms - a guard whose limit of the energy residual comes from a rate of false alarms, on the arm of examples/arm.c: are there as
    many as that, while friction and payload drift, and how soon is a payload, a dead motor or a slipped encoder found?
-     alarms          a million ticks for each rate, 200 faults of each kind; two minutes
+     alarms          limits from ten minutes of motion, a million ticks for each rate, 200 faults of each kind; two minutes
      alarms test     a tenth of that
    The arm follows sines of six joints through 12-bit encoders at 1 kHz. Windows are of 20 ticks. */
 #include "arm.h"
@@ -10,7 +10,7 @@
 #include "../unit/check.h"
 #include <stdlib.h>
 
-enum { N = arm_N, RECORDED = 60000, WINDOW = 20, HOLD = 3, STEPS = 4096 };
+enum { N = arm_N, RECORDED = 600000, WINDOW = 20, HOLD = 3, STEPS = 4096 };
 #define TICK 0.001
 #define TURN 6.283185307179586
 
@@ -107,17 +107,17 @@ static uint32_t step(loop *l, const roln_limits *limits)
 
 /* ---- limits ---- */
 
-/* Limits from a minute of good motion: with false_alarms, or four times the largest residual. */
-static roln_limits limits_of(roln_real false_alarms)
+/* Limits from so many ticks of good motion: with false_alarms, or four times the largest residual. */
+static roln_limits limits_of(int ticks, roln_real false_alarms)
 {
     static roln_real q[RECORDED * N], qd[RECORDED * N], tau[RECORDED * N], tau_each[N], rate_each[N];
     static int recorded;
-    const roln_batch b = {1, RECORDED - 1, 1, NULL, q, qd, NULL, tau};
+    const roln_batch b = {1, ticks - 1, 1, NULL, q, qd, NULL, tau};
     const roln_limits open = {.dt = (roln_real)TICK, .margin = 10, .tau_each = most, .hold = HOLD, .residual_window = WINDOW};
     roln_limits l = open;
     static loop x;
     if (!recorded) start(&x, 1);
-    for (; recorded < RECORDED; recorded++) {
+    for (; recorded < ticks; recorded++) {
         CHECK(step(&x, &open) == 0);
         memcpy(q + recorded * N, x.x.q, sizeof x.x.q), memcpy(qd + recorded * N, x.x.qd, sizeof x.x.qd);
         memcpy(tau + recorded * N, x.guard.tau, sizeof x.guard.tau);
@@ -202,11 +202,11 @@ static int faults_of(int kind, int count, const roln_limits *l, double *delay)
 int main(int argc, char **argv)
 {
     static double delay[200];
-    const int test = argc > 1 && strcmp(argv[1], "test") == 0, count = test ? 20 : 200;
+    const int test = argc > 1 && strcmp(argv[1], "test") == 0, count = test ? 20 : 200, recorded = test ? RECORDED / 10 : RECORDED;
     const long ticks = test ? 100000 : 1000000;
     roln_limits l[2];
     fit_gains();
-    l[0] = limits_of(0), l[1] = limits_of(ROLN_C(0.001));
+    l[0] = limits_of(recorded, 0), l[1] = limits_of(recorded, ROLN_C(0.001));
     printf("windows of %d ticks beyond the limit, of %ld ticks of good motion; wanted %g\n", WINDOW, ticks, 0.001);
     printf("  %-28s %12s %12s %8s\n", "", "fixed limit", "it follows", "stops");
     for (int drifts = 0; drifts < 2; drifts++) {

@@ -609,7 +609,7 @@ static void M(call_known)(int which)
     } else {
         fuzz_keep(&e->halves, made), fuzz_call();
         st = which == 2 ? M(fit_doubt)(&M(p), &b, dt, e, &M(t).fit_doubt) : M(fit_outlook)(&M(p), &b, dt, e, &M(t).fit_outlook);
-        CLAIM(st == ROLN_OK ? e->lasts > 0 && roln_finite(e->lasts) : fuzz_kept(&e->halves, made));
+        CLAIM(st == ROLN_OK ? (which == 2 ? e->lasts <= 0 : e->lasts > 0) && roln_finite(e->lasts) : fuzz_kept(&e->halves, made));
         CLAIM(st != ROLN_OK || which == 3 || roln_all_finite(4 * M(n), e->always));
     }
 }

@@ -60,7 +60,7 @@ static void test_guard_window(int k)
 typedef struct {
     roln_limits l;
     roln_guard g;
-    ld f;    /* the twin: alarms beyond those that were expected, within 16 */
+    ld f;    /* the twin: alarms beyond those that were expected, -1 to 16 */
     ld mean; /* of the residuals of this window */
     long alarms, windows, since, row; /* since the last alarm, and alarms in a row up to it */
 } followed;
@@ -88,8 +88,8 @@ static int residual_is(followed *x, roln_real r)
     CHECK_NEAR(x->g.residual, x->mean, window * (ld)ROLN_EPS * (fabsl(x->mean) + 100));
     if (fabsl(fabsl(x->mean) - limit) > 1e-3L * limit) CHECK(speaks == (fabsl(x->mean) > limit));
     x->f += (speaks ? 1 : 0) - a;
-    x->f = x->f < -16 ? -16 : x->f > 16 ? 16 : x->f;
-    CHECK_NEAR(rolni_raised(&x->l, &x->g, -16), x->f, 1e-3L);
+    x->f = x->f < -1 ? -1 : x->f > 16 ? 16 : x->f;
+    CHECK_NEAR(rolni_raised(&x->l, &x->g, -1), x->f, 1e-3L);
     x->since++;
     if (speaks) x->row = x->since == 1 || 16 * a * (ld)x->since <= 1 ? x->row + 1 : 1, x->since = 0;
     CHECK(x->g.alarms == (uint32_t)x->row && x->g.since == (uint32_t)x->since);
@@ -97,8 +97,7 @@ static int residual_is(followed *x, roln_real r)
     return speaks;
 }
 
-/* A million windows whose residuals change by times: the rate of alarms is the one that was asked for, and their number is what the
-   recursion says to one. Without following it is not. */
+/* A million windows whose residuals grow by e: the rate of alarms is the one that was asked for. Without following it is not. */
 static void test_follow(void)
 {
     static const roln_real rate[2] = {ROLN_C(0.01), ROLN_C(0.0001)};
@@ -111,17 +110,43 @@ static void test_follow(void)
         const roln_real limit = pass ? ROLN_C(3.9) : ROLN_C(2.6);
         follow(&x, 1, rate[pass], limit);
         for (t = 0; t < windows; t++) {
-            const roln_real drift = roln_exp(ROLN_C(0.7) * (roln_real)sin(6.3 * (double)t / (double)windows));
+            const roln_real drift = roln_exp(ROLN_C(1.0) * (roln_real)t / (roln_real)windows);
             const roln_real r = drift * roln_normal(&s);
             (void)residual_is(&x, r);
             fixed += ROLN_ABS(r) > limit;
         }
-        CHECK(fabsl((ld)x.alarms - (ld)windows * (ld)rate[pass] - x.f) < 0.5L + 1e-2L * (ld)x.alarms);
+        CHECK((ld)x.alarms < (ld)windows * (ld)rate[pass] + 17);
         if (!check_sample || pass == 0) {
             const ld wanted = (ld)windows * (ld)rate[pass];
             BOUND("guard, rate of alarms over a million windows that drift", fabsl((ld)x.alarms / wanted - 1), 0.2);
             CHECK((ld)fixed > 2 * wanted);
         }
+    }
+}
+
+/* A machine that rests, or moves slowly, and then moves as ever: its guard says what one says that has just started, but for one or
+   two alarms more. */
+static void test_follow_rest(void)
+{
+    static const int quiet[3] = {10, 1000, 100000};
+    int i, t;
+    for (i = 0; i < 3; i++) {
+        followed rested, fresh;
+        long before, most;
+        uint64_t s = 80;
+        follow(&rested, 1, ROLN_C(0.01), ROLN_C(2.6));
+        follow(&fresh, 1, ROLN_C(0.01), ROLN_C(2.6));
+        for (t = 0; t < 50; t++) /* a load that went, which raises the limit */
+            (void)residual_is(&rested, t < 5 ? 100 : 0);
+        for (t = 0; t < quiet[i]; t++)
+            (void)residual_is(&rested, t % 2 ? 0 : ROLN_C(0.2) * roln_normal(&s));
+        before = rested.alarms, most = 0;
+        for (t = 0; t < 3000; t++) {
+            const roln_real r = roln_normal(&s);
+            most = residual_is(&rested, r) && rested.row > most ? rested.row : most;
+            (void)residual_is(&fresh, r);
+        }
+        CHECK(most <= 4 && fresh.alarms > 10 && fabs((double)(rested.alarms - before - fresh.alarms)) <= (i == 0 ? 6 : 2));
     }
 }
 
@@ -132,28 +157,30 @@ static void test_follow_edges(void)
     followed x;
     uint64_t s = 78;
     int t, i;
-    follow(&x, 5, ROLN_C(0.1), 1);
+    follow(&x, 5, ROLN_C(0.1), ROLN_C(0.75));
     for (t = 0; t < 5000; t++)
         (void)residual_is(&x, roln_normal(&s));
     CHECK(x.windows == 1000 && x.alarms > 50);
     for (t = 0; t < 500; t++) /* a force that stays: the limit ends at e^2 times what it was */
         (void)residual_is(&x, 1000);
-    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(2), 1e-5L);
+    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), 0.75L * expl(2), 1e-5L);
     follow(&x, 1, ROLN_C(0.5), 1);
-    for (t = 0; t < 3000; t++) /* quiet: it falls to e^-2 */
+    for (t = 0; t < 3000; t++) /* quiet: it falls by an eighth, which one alarm takes back */
         (void)residual_is(&x, 0);
-    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(-2), 1e-6L);
+    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(-0.125L), 1e-6L);
+    CHECK(residual_is(&x, 1));
+    CHECK_NEAR(rolni_residual_limit(&x.l, &x.g), expl(-0.0625L), 1e-6L);
     follow(&x, 1, ROLN_C(0.9), 1);
     for (t = 0; t < 3000; t++) /* alarms at the lower bound, and above it */
         (void)residual_is(&x, roln_uniform(&s) < ROLN_C(0.8) ? 0 : 10);
-    for (i = 0; i < 4; i++) { /* any bits: a limit within e^+-2, or the same, and the next windows are counted again */
+    for (i = 0; i < 4; i++) { /* any bits: a limit of e^(-1/8) to e^2 times the same, and the next windows are counted again */
         rolni_balance b = {2, 0};
         follow(&x, 4, ROLN_C(0.25), 1);
         x.g.ticks = odd[i], x.g.since = x.g.alarms = (uint32_t)odd[i], x.g.sum = (roln_real)NAN;
         x.g.raised = ROLN_C(1e20);
         CHECK(rolni_residual_limit(&x.l, &x.g) <= ROLN_C(7.39));
         x.g.raised = i % 2 ? (roln_real)INFINITY : ROLN_C(-1e9);
-        CHECK(rolni_residual_limit(&x.l, &x.g) <= ROLN_C(1.01));
+        CHECK(rolni_residual_limit(&x.l, &x.g) <= 1);
         for (t = 0; t < 9; t++)
             (void)rolni_unbalanced(&x.l, &b, 0, &x.g);
         CHECK(x.g.ticks >= 0 && x.g.ticks < 4 && roln_finite(x.g.raised));
@@ -428,9 +455,13 @@ static void check_fit_alarms(int k, const rig *start, const roln_batch *good_bat
     CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_RANGE);
     l.false_alarms = ROLN_C(0.01), l.residual_window = TICKS;
     CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_LENGTH);
-    l.residual_window = TICKS - 1;
+    l.residual_window = TICKS - 1; /* two windows: one in three is one of them, one in four is none */
+    CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_LENGTH);
+    l.false_alarms = ROLN_C(0.25);
+    CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_LENGTH);
+    l.false_alarms = ROLN_C(0.34);
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
-    l = *from, l.false_alarms = ROLN_C(0.01), l.tau = 1, b.q = b.qd = rest, b.tau = NULL;
+    l = *from, l.false_alarms = ROLN_C(0.25), l.tau = 1, b.q = b.qd = rest, b.tau = NULL;
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
     CHECK(l.residual <= 0 && l.false_alarms <= 0 && rolni_limits_valid(&l, 0));
 }
@@ -462,13 +493,12 @@ static void check_fit_tail(int k, const recordings *r, const rig *start, const r
     }
     CHECK(count == WINDOWS);
     l.residual_window = WINDOW;
-    for (rank = 0; rank < WINDOWS; rank++) {
+    for (rank = 1; rank < WINDOWS; rank++) {
         l.false_alarms = (roln_real)(rank + 0.5) / (WINDOWS + 1);
         CHECK_OK(m.of->fit_limits(&m, b, 3, &l, each, rates, ROOM(fit_limits)));
         ROOM_KEPT();
-        if (rank == 0) CHECK(all(1, &l.residual, 3 * found[0])); /* too few windows: slack times the largest */
-        else CHECK_NEAR(l.residual, (ld)found[rank - 1], (ld)found[0] * (1 / 16384.L + 16 * (ld)ROLN_EPS));
-        if (rank > 0) CHECK(l.residual >= found[rank - 1] * (1 - 16 * ROLN_EPS));
+        CHECK_NEAR(l.residual, (ld)found[rank - 1], (ld)found[0] * (1 / 16384.L + 16 * (ld)ROLN_EPS));
+        CHECK(l.residual >= found[rank - 1] * (1 - 16 * ROLN_EPS));
     }
 }
 
@@ -673,6 +703,7 @@ void TEST_NAME(limits)(void)
 {
     int k;
     test_follow();
+    test_follow_rest();
     test_follow_edges();
     test_follow_rounding();
     test_alarms_in_a_row();

@@ -686,7 +686,7 @@ static void test_linear(int k)
 
 /* ---- what is refused -------------------------------------------------------------------------- */
 
-enum { WRONG = 31 };
+enum { WRONG = 34 };
 
 /* Goal number `what` that makes no sense; its status. */
 static roln_status spoil(int what, task *x)
@@ -714,6 +714,9 @@ static roln_status spoil(int what, task *x)
     case 26: return x->term[4].count = -1, ROLN_E_LENGTH;
     case 27: return x->motors.B ? x->motors.count = 1 : 0, x->motors.B ? ROLN_E_LENGTH : ROLN_OK;
     case 29: return x->load[0] = nan, x->goal.load ? ROLN_E_NOT_FINITE : ROLN_OK;
+    case 30: return x->goal.end = NULL, ROLN_E_LENGTH;
+    case 31: return x->term[0].weight = NULL, ROLN_E_LENGTH;
+    case 32: return x->term[0].ref = NULL, ROLN_E_LENGTH;
     case 28: return x->fast[0] = ROLN_C(1e-6), ROLN_E_RANGE; /* wherever it goes, it is out of range */
     default: return x->P[0] = -1, ROLN_E_NOT_SPD;
     }

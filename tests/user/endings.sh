@@ -185,8 +185,12 @@ check 'weights and limits of two trainings' sh -c "! gcc -std=c99 -I. -I$dir -fs
 # one training at a time writes to a place
 $dir/joints $dir/small.csv steps=100000 window=0 out=$early > $early.log 2>&1 &
 until grep -q Gauss $early.log 2> /dev/null; do sleep 0.1; done
+kill -STOP $! # while it writes its checkpoint, say
+echo half > $early.part
 check 'another training there' says "^out=$early: another training is writing these files" \
     $dir/joints $dir/small.csv steps=1 out=$early
+check 'another training there: its files are as it left them' grep half $early.part
+kill -CONT $!
 kill -INT $!
 wait $!
 check 'another training there: the first one ends' grep '^wrote' $early.log

@@ -54,7 +54,7 @@ done
 for word in look=3600 window=3600 window=1e-9 held=0.9; do
     check "$word" short $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
 done
-check 'smoothed over more than there is' says 'recording 1 has 3000' $dir/joints $dir/2_train.csv smooth=100000
+check 'smoothed over more than there is' says 'the longest has 3000' $dir/joints $dir/2_train.csv smooth=100000
 check 'no name' says '^hint: the names of all files begin with it: out=joints' $dir/joints $dir/2_train.csv out=
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
@@ -292,6 +292,12 @@ make_of '{ if (/^$/) k++; else i++ } k == 1 && i > 700 { if (/^$/) print; next }
 check 'a recording shorter than a window' silent window=0.3
 check 'a recording shorter than a window: told' \
     grep '^1 recordings shorter than a window of 0.3 s: not used for windows' $dir/says.log
+
+make_of '{ print } END { for (k = 0; k < 2; k++) for (i = 0; i < 12; i++)
+    printf "%s%g,%g,0,0,0,0,0\n", i ? "" : "\n", i / 1000, 0.1 * k + i / 500 }'
+check 'a recording shorter than smooth=' silent smooth=10
+check 'a recording shorter than smooth=: told' \
+    grep 'file.csv:[0-9]*: a recording of 12 samples is left out, smooth=10 needs 21; so are 1 more$' $dir/says.log
 
 # positions alone
 make_of "$row { \$4 = \$5 = 0 } 1"
@@ -612,6 +618,17 @@ check 'false_alarms: the rate, and a limit below that of all' awk '
     END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2) }' $dir/own_limits5.h $dir/own_limits.h
 check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir/motor $dir/motor.csv torque=1 false_alarms=1 \
     out=$dir/own
+check 'false_alarms of which no window is one' ends 1 \
+    'false_alarms=0.0001: 9999 windows of 8 samples are needed, held-out recordings have [0-9]*$' \
+    $dir/motor $dir/motor.csv torque=1 held=0.2 false_alarms=0.0001 out=$dir/own
+# a torque that is too large to be one has no say in the unit of torques
+awk -F, -v OFS=, 'NR == 200 { $4 = 1e25 } 1' $dir/motor.csv > $dir/wild.csv
+awk 'NR != 200' $dir/motor.csv > $dir/tame.csv
+for x in wild tame; do
+    $dir/motor $dir/$x.csv torque=1 held=0.2 steps=20 threads=1 out=$dir/$x > $dir/$x.log 2>&1
+    sed 's/wild/tame/g' $dir/${x}_weights.h > $dir/$x.weights
+done
+check 'a wild torque: the same weights' cmp $dir/wild.weights $dir/tame.weights
 # until held-out recordings are predicted no better, in the end with the best weights; windows are not asked for where window=0
 $dir/motor $dir/motor.csv torque=1 held=0.2 window=0 out=$dir/b > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
