@@ -351,8 +351,8 @@ static void put_limits(FILE *f)
     put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
     put_constant(f, l->residual,
                  !(l->false_alarms > 0) ? "residual, %s: %d times the largest of the recordings"
-                 : smooth_are ? "residual, %s: the part false_alarms of smooth recordings is beyond it; UNKNOWN in your loop: fit it "
-                                "there, NAME_fit_limits"
+                 : smooth_are ? "residual, %s: the part false_alarms of smooth recordings is beyond it; UNKNOWN in your loop, "
+                                "so fit it there: NAME_fit_limits"
                               : "residual, %s: the part false_alarms of the recordings is beyond it",
                  power_unit(), SLACK);
     put_constant(f, l->tau,
