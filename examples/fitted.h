@@ -50,7 +50,8 @@ static roln_batch held_windows(int *start, int most)
     return held_windows_of(WINDOW_TICKS, 1, start, most);
 }
 
-/* Those for limits. With false_alarms= there are windows of the residual enough that four are beyond the limit, if there are. */
+/* Held-out windows for the limits. With false_alarms= there are so many that the residual of four is beyond its limit, if the
+   recordings have as many. */
 static roln_batch guard_windows(int *start)
 {
     const double rate = set("false_alarms");
@@ -59,15 +60,20 @@ static roln_batch guard_windows(int *start)
     return held_windows(start, (int)fmax(GUARD_TICKS / WINDOW_TICKS, most));
 }
 
-/* Refuses false_alarms= that no window of held-out recordings would be beyond. */
+/* Refuses a false_alarms= of less than one window of the held-out recordings. */
 static void check_false_alarms(void)
 {
     const double rate = set("false_alarms");
-    int *start = room((size_t)d.samples + 1, sizeof *start), windows;
+    int *start, windows;
     roln_batch b;
+    if (!(rate > 0)) return;
+    if ((int)M(driven) > 0)
+        fail("false_alarms=%g: there is no residual with ROLN_DRIVEN, for the power of the drives is unknown\n"
+             "hint: leave false_alarms= out", rate);
+    start = room((size_t)d.samples + 1, sizeof *start);
     b = guard_windows(start), windows = b.count * (b.steps / RESIDUAL_TICKS);
     free(start);
-    if (rate > 0 && rate * (windows + 1) < 1)
+    if (rate * (windows + 1) < 1)
         fail("false_alarms=%g: %.0f windows of %d samples are needed, held-out recordings have %d\nhint: %s", rate,
              ceil(1 / rate) - 1, RESIDUAL_TICKS, windows, "a larger false_alarms=, a larger held=, or longer recordings");
 }

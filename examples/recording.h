@@ -2012,7 +2012,7 @@ static void drop_wild(motion *d, const wanted *w)
     free(wild), free(off), free(sorted);
 }
 
-/* The own unit of tau is one of a row that was left out, if all that are left are far smaller: then it is the largest of these. */
+/* If all torques are far below their own unit, it is that of a row that was left out. The largest torque then becomes the unit. */
 static void check_unit(motion *d)
 {
     double most = 0;
@@ -2907,15 +2907,15 @@ static void add_noise(motion *d, double level, int each, uint64_t seed, double *
     differences(d, d->qd, d->qdd);
 }
 
-/* Leaves recordings out that have no 2 half + 1 samples. */
+/* Leaves recordings out that have fewer than 2 half + 1 samples. */
 static void leave_short_out(motion *d, int half)
 {
-    int longest = 0, left = 0, parts = 0, to = 0, k, i;
-    for (k = 0; k < d->trajectories; k++)
-        if (d->first[k + 1] - d->first[k] > longest) longest = d->first[k + 1] - d->first[k];
-    if (longest <= 2 * half)
-        fail("%s: smooth=%d needs %d samples in a recording, the longest has %d\nhint: a smaller smooth=", d->path, half,
-             2 * half + 1, longest);
+    int longest = 0, left = 0, parts = 0, to = 0, k, i; /* longest: its number */
+    for (k = 1; k < d->trajectories; k++)
+        if (d->first[k + 1] - d->first[k] > d->first[longest + 1] - d->first[longest]) longest = k;
+    if (d->first[longest + 1] - d->first[longest] <= 2 * half)
+        fail("%s:%d: smooth=%d needs %d samples in a recording, the longest has %d\nhint: a smaller smooth=", d->file[longest],
+             d->line[d->first[longest]], half, 2 * half + 1, d->first[longest + 1] - d->first[longest]);
     for (k = 0; k < d->trajectories; k++) {
         const int a = d->first[k], b = d->first[k + 1];
         if (b - a <= 2 * half) {

@@ -61,6 +61,7 @@ typedef struct {
     roln_limits l;
     roln_guard g;
     ld f;    /* the twin: alarms beyond those that were expected, -1 to 16 */
+    ld cut;  /* what the bounds of f took from it */
     ld mean; /* of the residuals of this window */
     long alarms, windows, since, row; /* since the last alarm, and alarms in a row up to it */
 } followed;
@@ -88,6 +89,7 @@ static int residual_is(followed *x, roln_real r)
     CHECK_NEAR(x->g.residual, x->mean, window * (ld)ROLN_EPS * (fabsl(x->mean) + 100));
     if (fabsl(fabsl(x->mean) - limit) > 1e-3L * limit) CHECK(speaks == (fabsl(x->mean) > limit));
     x->f += (speaks ? 1 : 0) - a;
+    x->cut += x->f < -1 ? x->f + 1 : x->f > 16 ? x->f - 16 : 0;
     x->f = x->f < -1 ? -1 : x->f > 16 ? 16 : x->f;
     CHECK_NEAR(rolni_raised(&x->l, &x->g, -1), x->f, 1e-3L);
     x->since++;
@@ -97,7 +99,8 @@ static int residual_is(followed *x, roln_real r)
     return speaks;
 }
 
-/* A million windows whose residuals grow by e: the rate of alarms is the one that was asked for. Without following it is not. */
+/* A million windows whose residuals grow by e: the rate of alarms is the one that was asked for, and their number is what the
+   recursion says to one. Without following it is not. */
 static void test_follow(void)
 {
     static const roln_real rate[2] = {ROLN_C(0.01), ROLN_C(0.0001)};
@@ -116,6 +119,7 @@ static void test_follow(void)
             fixed += ROLN_ABS(r) > limit;
         }
         CHECK((ld)x.alarms < (ld)windows * (ld)rate[pass] + 17);
+        CHECK(fabsl((ld)x.alarms - (ld)windows * (ld)rate[pass] - x.f - x.cut) < 0.5L + 1e-2L * (ld)x.alarms);
         if (!check_sample || pass == 0) {
             const ld wanted = (ld)windows * (ld)rate[pass];
             BOUND("guard, rate of alarms over a million windows that drift", fabsl((ld)x.alarms / wanted - 1), 0.2);

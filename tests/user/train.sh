@@ -54,7 +54,8 @@ done
 for word in look=3600 window=3600 window=1e-9 held=0.9; do
     check "$word" short $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
 done
-check 'smoothed over more than there is' says 'the longest has 3000' $dir/joints $dir/2_train.csv smooth=100000
+check 'smoothed over more than there is' says '2_train.csv:2: .*the longest has 3000' \
+    $dir/joints $dir/2_train.csv smooth=100000
 check 'no name' says '^hint: the names of all files begin with it: out=joints' $dir/joints $dir/2_train.csv out=
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
@@ -298,6 +299,13 @@ make_of '{ print } END { for (k = 0; k < 2; k++) for (i = 0; i < 12; i++)
 check 'a recording shorter than smooth=' silent smooth=10
 check 'a recording shorter than smooth=: told' \
     grep 'file.csv:[0-9]*: a recording of 12 samples is left out, smooth=10 needs 21; so are 1 more$' $dir/says.log
+# before the others, whose samples and torques then move: the same weights as without it
+for x in 0 12; do
+    make_of "NR == 1 { print; for (i = 0; i < $x; i++) print i / 1000, i / 500, 0, 0, 0, 0, 0; if ($x) print \"\"; next } 1"
+    short $dir/joints $dir/file.csv torque=1 smooth=10 steps=2 threads=1 out=$dir/l > $dir/l.log &&
+        cp $dir/l_weights.h $dir/short$x.h
+done
+check 'a recording shorter than smooth=, at the beginning' cmp $dir/short0.h $dir/short12.h
 
 # positions alone
 make_of "$row { \$4 = \$5 = 0 } 1"
@@ -621,6 +629,10 @@ check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir
 check 'false_alarms of which no window is one' ends 1 \
     'false_alarms=0.0001: 9999 windows of 8 samples are needed, held-out recordings have [0-9]*$' \
     $dir/motor $dir/motor.csv torque=1 held=0.2 false_alarms=0.0001 out=$dir/own
+sed 's/joints$/pulled/; /#include/i #define ROLN_DRIVEN 1' $dir/joints.h > $dir/pulled.h
+gcc -std=c99 -O1 -I. -I$dir -DMODEL=pulled examples/train.c -o $dir/pulled -lpthread -lm || exit 1
+check 'false_alarms with driven joints: refused' ends 1 'false_alarms=0.01: there is no residual with ROLN_DRIVEN' \
+    $dir/pulled $dir/small.csv torque=1 false_alarms=0.01 out=$dir/pulled
 # a torque that is too large to be one has no say in the unit of torques
 sed 's/motor$/pair/; s/AE 1/AE 2, 1/; /#include/i #define ROLN_CHART polynomial, 2' $dir/motor.h > $dir/pair.h
 gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=pair examples/train.c -o $dir/pair \
