@@ -5,7 +5,8 @@
 
 DIR holds runs.list (what `experiment list` prints), NAME-SEED.txt (lines `key argument value`), NAME-SEED.path of rope and cloth
 (lines `path true|predicted ms x y z ..`), and speed.txt (lines `key system value`). OUTDIR/results.txt keeps what they say, one
-run behind the other: a run that DIR lacks is taken from there, one that neither has is left open. The text is that of
+run after the other: a run that DIR lacks is taken from there, one that neither has is left open. A run of DIR is of this machine,
+unless it names another. The text is that of
 RESULTS.in.md, beside this file: $name stands for a table of that name, and a line `![..](NAME.svg)` for a picture, which goes if
 there is nothing to show.
 """
@@ -52,11 +53,22 @@ def read_lines(path):
     return path.read_text().splitlines() if path.exists() else []
 
 
+def processor():
+    cpu = Path("/proc/cpuinfo")
+    name = re.search(r"^model name\s*: (.*)$", cpu.read_text(), re.M) if cpu.exists() else None
+    return name[1] if name else "an unknown processor"
+
+
+def with_machine(line):
+    """The first line of a run, `run NAME day machine`."""
+    return line if len(line.split(None, 3)) > 3 else f"{line} {processor()}"
+
+
 class Results:
     """recipes: the run list; lines[run]: what it says; runs[recipe][seed]: {"key argument": value}."""
 
     def __init__(self, directory, kept):
-        """kept: results.txt, in which a run begins with a line `run NAME-SEED day`."""
+        """kept: results.txt, in which a run begins with a line `run NAME-SEED day machine`."""
         self.recipes, self.runs, self.speed, self.lines = {}, {"speed": {}}, {}, {}
         if not (directory / "runs.list").exists():
             sys.exit(f"report.py: no {directory}/runs.list; `make experiments` makes it")
@@ -69,11 +81,11 @@ class Results:
             name, seed = run.rsplit("-", 1)
             self.recipes[name] = Recipe(system, int(trajectories), int(seed))
             if new := read_lines(directory / f"{run}.txt"):
-                self.lines[run] = new + read_lines(directory / f"{run}.path")
+                self.lines[run] = [with_machine(new[0])] + new[1:] + read_lines(directory / f"{run}.path")
             if run in self.lines:
                 self.read_run(name, int(seed), [line for line in self.lines[run] if not line.startswith("path ")])
         if new := read_lines(directory / "speed.txt"):
-            self.lines["speed"] = ["run speed 0"] + new
+            self.lines["speed"] = [with_machine("run speed 0")] + new
         self.read_speed(self.lines.get("speed", [])[1:])
 
     def keep(self, kept):
@@ -81,9 +93,10 @@ class Results:
         kept.write_text("".join(line + "\n" for run in listed + ["speed"] for line in self.lines.get(run, [])))
 
     def read_run(self, name, seed, lines):
-        run = self.runs.setdefault(name, {}).setdefault(seed, {})
+        _, _, day, machine = lines[0].split(None, 3)
+        run = self.runs.setdefault(name, {}).setdefault(seed, {"day": day, "machine": machine})
         trivial = self.runs.setdefault(name + TRIVIAL, {}).setdefault(seed, {})
-        for key, argument, value in map(str.split, lines):
+        for key, argument, value in map(str.split, lines[1:]):
             if key == "trivial":
                 trivial["E_q " + argument] = float(value)
             else:
@@ -335,7 +348,8 @@ def speed_table(results):
     known = {s: speed_texts(v) for s, v in results.speed.items() if "missing" not in v}
     text = markdown([""] + [SYSTEMS[s] for s in known], [[label] + [form.format_map(v) for v in known.values()]
                                                          for label, form in SPEED]) if known else ""
-    return "\n\n".join([text] * bool(known) + [f"No weights of {SYSTEMS[s]} ({v['missing']})."
+    where = [f"Machine: {results.lines['speed'][0].split(None, 3)[3]}."] if "speed" in results.lines else []
+    return "\n\n".join(where + [text] * bool(known) + [f"No weights of {SYSTEMS[s]} ({v['missing']})."
                                                for s, v in results.speed.items() if s not in known])
 
 
@@ -446,7 +460,18 @@ def goals_table(results):
     return markdown(["goal", "run", "reached", ""], [goal_row(results, goal) for goal in GOALS] + whole)
 
 
+def machine_line(letter, machine, runs):
+    days = sorted(run["day"] for run in runs if run["machine"] == machine)
+    when = " to ".join(f"{day[:4]}-{day[4:6]}-{day[6:]}" for day in dict.fromkeys([days[0], days[-1]]))
+    return f"Machine {letter}: {machine}, {len(days)} run{'s' * (len(days) > 1)}, {when}."
+
+
 def runs_table(results):
+    def of(name):
+        return results.runs.get(name, {}).values()
+
+    every = [run for name in results.recipes for run in of(name)]
+    letters = {machine: chr(ord("A") + k) for k, machine in enumerate(dict.fromkeys(run["machine"] for run in every))}
     rows, missing = [], []
     for name, recipe in results.recipes.items():
         seeds, trained = results.seeds(name), results.stat(name, "trajectories train")
@@ -455,17 +480,16 @@ def runs_table(results):
         for quantity, digits in (("parameters all", 1), ("samples million", 3), ("seconds train", 3), ("seconds all", 3)):
             s = results.stat(name, quantity)
             rows[-1].append(number(s.mean, digits) if s else "-")
+        used = {run["machine"] for run in of(name)}
+        rows[-1].append(", ".join(letter for machine, letter in letters.items() if machine in used) or "-")
         left = " ".join(str(seed) for seed in range(1, recipe.seeds + 1) if seed not in seeds)
         if left:
             missing.append(f"{name}-{left}" if seeds else name)
     runs, wanted, hours, longest = cost(results)
-    days = sorted(f"{day:.0f}" for name in results.recipes for run in results.runs.get(name, {}).values()
-                  for key, day in run.items() if key.startswith("run "))
-    when = " to ".join(f"{day[:4]}-{day[4:6]}-{day[6:]}" for day in dict.fromkeys(days[:1] + days[-1:]))
-    heading = ["run", "system", "trajectories", "seeds", "parameters", "million samples", "training, s", "with its measurement, s"]
-    return "\n\n".join([markdown(heading, rows),
-                        f"{runs} of {wanted} runs{when and ', ' + when}: {hours:.2f} core-hours; the longest run took "
-                        f"{longest:.0f} minutes.",
+    heading = ["run", "system", "trajectories", "seeds", "parameters", "million samples", "training, s", "with its measurement, s",
+               "machine"]
+    return "\n\n".join([markdown(heading, rows)] + [machine_line(letters[m], m, every) for m in letters] +
+                       [f"{runs} of {wanted} runs: {hours:.2f} core-hours; the longest run took {longest:.0f} minutes.",
                         f"Missing: {', '.join(missing)}." if missing else "No run is missing."])
 
 
@@ -677,20 +701,13 @@ PICTURES = {
 # ---- the document ----
 
 
-def machine():
-    cpu = Path("/proc/cpuinfo")
-    name = re.search(r"^model name\s*: (.*)$", cpu.read_text(), re.M) if cpu.exists() else None
-    return name[1] if name else "an unknown processor"
-
-
 def report(directory, out):
     kept = out / "results.txt"
     results, template = Results(directory, kept), (Path(__file__).parent / "RESULTS.in.md").read_text()
     results.keep(kept)
     text = {name: table(results, *spec) for name, spec in TABLES.items()}
     text.update({name: few_table(results, *spec) for name, spec in FEW_TABLES.items()})
-    text.update(charts=charts_table(results), runs=runs_table(results), goals=goals_table(results), speed=speed_table(results),
-                machine=machine())
+    text.update(charts=charts_table(results), runs=runs_table(results), goals=goals_table(results), speed=speed_table(results))
     unused = [name for name in text if not re.search(rf"\${name}\b", template)]
     if unused:
         sys.exit(f"RESULTS.in.md: no ${', $'.join(unused)}")

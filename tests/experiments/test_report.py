@@ -22,15 +22,15 @@ RUNS = [(recipe, seeds, system)
         [(f"pend2-few{n}-exp", 2, "pend2, torques") for n in report.FEW[:3]]]
 
 
-def write_run(directory, run, at_25, at_1000, whole, *more):
-    lines = [f"run {run} 20260131", "trajectories train 97", "parameters all 11935", "samples million 7.04", "seconds train 1800",
+def write_run(directory, run, at_25, at_1000, whole, *more, where="20260131 quick 64"):
+    lines = [f"run {run} {where}", "trajectories train 97", "parameters all 11935", "samples million 7.04", "seconds train 1800",
              f"E_q 25 {at_25}", f"E_q 1000 {at_1000}", f"E_q whole {whole}", "trivial 25 4", "seconds all 3600", *more]
     (directory / f"{run}.txt").write_text("\n".join(lines) + "\n")
 
 
 def write_path(directory, run, shape):
     """shape(whose, instant): beads (x, y, z); of a run that says nothing else."""
-    (directory / f"{run}.txt").write_text(f"run {run} 20260131\n")
+    (directory / f"{run}.txt").write_text(f"run {run} 20260131 quick 64\n")
     lines = [f"path {whose} {62 * k} " + " ".join(str(x) for bead in shape(whose, k) for x in bead)
              for whose in ("true", "predicted") for k in range(5)]
     (directory / f"{run}.path").write_text("\n".join(lines) + "\n")
@@ -55,7 +55,7 @@ class TestReport(unittest.TestCase):
         (cls.directory / "runs.list").write_text("".join(f"{recipe}-{seed} {40 if recipe == 'pend2-exp' else 97} {system}\n"
                                                          for recipe, seeds, system in RUNS for seed in range(1, seeds + 1)))
         write_run(cls.directory, "pend16-ro-1", 1, 20, 30)
-        write_run(cls.directory, "pend16-ro-2", 3, 40, "nan", "failed whole 2")
+        write_run(cls.directory, "pend16-ro-2", 3, 40, "nan", "failed whole 2", where="20260201 slow 32")
         write_run(cls.directory, "pend16-300-ro-1", .4, 5, 1e30)
         write_run(cls.directory, "pend16-300-poly-1", .02, 1, 2, "E_q_median 1000 .6")
         write_run(cls.directory, "pend16-300-pod-1", 20, 60, 70)
@@ -98,9 +98,11 @@ class TestReport(unittest.TestCase):
             self.assertEqual(report.number(x, digits), text)
 
     def test_runs(self):
-        self.has("| pend16-ro | pend16 | 97 | 2 of 5 | 11935 | 7.04 | 1800 | 3600 |",
-                 "| pend16-opinf | pend16 | 97 | 1 | 11935 | 7.04 | 1800 | 3600 |", "| rope-n10 | rope | 97 | 1 of 2 | - |",
-                 "22 of 29 runs, 2026-01-31: 20.00 core-hours; the longest run took 60 minutes.",
+        self.has("| pend16-ro | pend16 | 97 | 2 of 5 | 11935 | 7.04 | 1800 | 3600 | A, B |",
+                 "| pend16-opinf | pend16 | 97 | 1 | 11935 | 7.04 | 1800 | 3600 | A |",
+                 "| rope-n10 | rope | 97 | 1 of 2 | - |", "| pend16-paper | pend16 | 97 | 0 of 1 | - | - | - | - | - |",
+                 "Machine A: quick 64, 21 runs, 2026-01-31.", "Machine B: slow 32, 1 run, 2026-02-01.",
+                 "22 of 29 runs: 20.00 core-hours; the longest run took 60 minutes.",
                  "Missing: pend2-exp-3 5, pend16-ro-3 4 5, pend16-paper, rope-n10-2.")
 
     def test_goals(self):
@@ -146,14 +148,15 @@ class TestReport(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             again = Path(name)
             (again / "runs.list").write_text((self.directory / "runs.list").read_text())
-            (again / "results.txt").write_text(kept + "run gone-1 20250101\nE_q 25 1\n")
+            (again / "results.txt").write_text(kept + "run gone-1 20250101 quick 64\nE_q 25 1\n")
             report.report(again, again)
             for path in self.out.iterdir():
                 self.assertEqual(path.read_text(), (again / path.name).read_text())
-            write_run(again, "pend16-ro-1", 5, 20, 30)
+            write_run(again, "pend16-ro-1", 5, 20, 30, where="20260131")
             report.report(again, again)
             self.assertIn("| 60 s: RO-LNN | 4.0 ± 1.4 (4.0) |", (again / "RESULTS.md").read_text())
             self.assertIn("E_q 25 5\n", (again / "results.txt").read_text())
+            self.assertIn(f"run pend16-ro-1 20260131 {report.processor()}\n", (again / "results.txt").read_text())
 
     def test_nothing(self):
         """No run at all; no run list."""
