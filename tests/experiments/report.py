@@ -115,6 +115,17 @@ class Results:
     def seeds(self, recipe):
         return sorted(self.runs.get(recipe, {}))
 
+    def machines(self, *recipes):
+        """Those that recipes ran on: the first machine of all runs is A, the next one B."""
+        names = list(dict.fromkeys(run["machine"] for name in self.recipes for run in self.runs.get(name, {}).values()))
+        used = {run["machine"] for recipe in recipes for run in self.runs.get(recipe, {}).values() if "machine" in run}
+        return {chr(ord("A") + k): name for k, name in enumerate(names) if name in used}
+
+    def label(self, text, *recipes):
+        """With the machines behind it, unless it is A."""
+        used = ", ".join(self.machines(*recipes))
+        return text if used in ("", "A") else f"{text} ({used})"
+
     def stat(self, recipe, quantity):
         return stat([run[quantity] for run in self.runs.get(recipe, {}).values() if quantity in run])
 
@@ -162,15 +173,16 @@ def table(results, rows, columns):
     """A column that no run has is left out; of a table without results none. Behind a table with E_q: that of its windows."""
     shown = [c for c in columns if any(results.stat(recipe, c[1]) for _, recipe in rows)] or columns
     text = markdown([""] + [c[0] for c in shown],
-                    [[label] + [cell(results.stat(recipe, quantity), *digits) for _, quantity, *digits in shown]
-                     for label, recipe in rows])
+                    [[results.label(*row)] + [cell(results.stat(row[1], quantity), *digits) for _, quantity, *digits in shown]
+                     for row in rows])
     cells = [(c[0], [windows_cell(results, recipe, c[1]) for _, recipe in rows]) for c in shown if c[1].startswith("E_q ")]
     cells = [c for c in cells if any(x != "-" for x in c[1])]
     if not cells:
         return text
     return text + "\n\nMedian / 90 % window:\n\n" + markdown(
         [""] + [heading for heading, _ in cells],
-        [[label, *row] for (label, _), row in zip(rows, zip(*(column for _, column in cells))) if any(x != "-" for x in row)])
+        [[results.label(*row), *texts] for row, texts in zip(rows, zip(*(column for _, column in cells)))
+         if any(x != "-" for x in texts)])
 
 
 FEW = (5, 10, 20, 40)  # trajectories of training, for the * of recipes
@@ -184,8 +196,9 @@ def few_recipe(results, recipe, n):
 
 def few_table(results, rows, when):
     return markdown([""] + [str(n) for n in FEW],
-                    [[f"{label}, {text}"] + [cell(results.stat(few_recipe(results, recipe, n), quantity)) for n in FEW]
-                     for text, quantity in when for label, recipe in rows])
+                    [[results.label(f"{label}, {text}", *recipes)] + [cell(results.stat(recipe, quantity)) for recipe in recipes]
+                     for text, quantity in when for label, recipe in rows
+                     for recipes in [[few_recipe(results, recipe, n) for n in FEW]]])
 
 
 PEND2 = [("exponential map", "pend2-exp"), ("angles", "pend2-angles"), ("polynomials, angles", "pend2-poly"),
@@ -460,18 +473,14 @@ def goals_table(results):
     return markdown(["goal", "run", "reached", ""], [goal_row(results, goal) for goal in GOALS] + whole)
 
 
-def machine_line(letter, machine, runs):
+def machine_line(results, letter, machine):
+    runs = [run for name in results.recipes for run in results.runs.get(name, {}).values()]
     days = sorted(run["day"] for run in runs if run["machine"] == machine)
     when = " to ".join(f"{day[:4]}-{day[4:6]}-{day[6:]}" for day in dict.fromkeys([days[0], days[-1]]))
     return f"Machine {letter}: {machine}, {len(days)} run{'s' * (len(days) > 1)}, {when}."
 
 
 def runs_table(results):
-    def of(name):
-        return results.runs.get(name, {}).values()
-
-    every = [run for name in results.recipes for run in of(name)]
-    letters = {machine: chr(ord("A") + k) for k, machine in enumerate(dict.fromkeys(run["machine"] for run in every))}
     rows, missing = [], []
     for name, recipe in results.recipes.items():
         seeds, trained = results.seeds(name), results.stat(name, "trajectories train")
@@ -480,15 +489,14 @@ def runs_table(results):
         for quantity, digits in (("parameters all", 1), ("samples million", 3), ("seconds train", 3), ("seconds all", 3)):
             s = results.stat(name, quantity)
             rows[-1].append(number(s.mean, digits) if s else "-")
-        used = {run["machine"] for run in of(name)}
-        rows[-1].append(", ".join(letter for machine, letter in letters.items() if machine in used) or "-")
+        rows[-1].append(", ".join(results.machines(name)) or "-")
         left = " ".join(str(seed) for seed in range(1, recipe.seeds + 1) if seed not in seeds)
         if left:
             missing.append(f"{name}-{left}" if seeds else name)
     runs, wanted, hours, longest = cost(results)
     heading = ["run", "system", "trajectories", "seeds", "parameters", "million samples", "training, s", "with its measurement, s",
                "machine"]
-    return "\n\n".join([markdown(heading, rows)] + [machine_line(letters[m], m, every) for m in letters] +
+    return "\n\n".join([markdown(heading, rows)] + [machine_line(results, *m) for m in results.machines(*results.recipes).items()] +
                        [f"{runs} of {wanted} runs: {hours:.2f} core-hours; the longest run took {longest:.0f} minutes.",
                         f"Missing: {', '.join(missing)}." if missing else "No run is missing."])
 

@@ -86,7 +86,7 @@ class TestReport(unittest.TestCase):
 
     def test_cells(self):
         """mean ± standard deviation (median); a value that is not finite; one seed; none; `failed` that is not there is 0."""
-        self.has("| 60 s: RO-LNN | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |",
+        self.has("| 60 s: RO-LNN (A, B) | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |",
                  "| exponential map | 0.40 ± 0.44 (0.20) | 1.0 | 1.0 |", "| 300 s: RO-LNN | 0.40 | 5.0 | 1.0e30 |",
                  "| 300 s: LNN, n = 16 | - | - | - |", "| q + h qd | 4.0 | - | - |", "| inf (inf) | 1.0 ± 1.4 (1.0) |",
                  "| exponential, 1 s | 25 ± 7.1 (25) | 12 ± 3.5 (12) | 6.0 ± 1.4 (6.0) | 1.0 |",
@@ -154,7 +154,7 @@ class TestReport(unittest.TestCase):
                 self.assertEqual(path.read_text(), (again / path.name).read_text())
             write_run(again, "pend16-ro-1", 5, 20, 30, where="20260131")
             report.report(again, again)
-            self.assertIn("| 60 s: RO-LNN | 4.0 ± 1.4 (4.0) |", (again / "RESULTS.md").read_text())
+            self.assertIn("| 60 s: RO-LNN (B, C) | 4.0 ± 1.4 (4.0) |", (again / "RESULTS.md").read_text())
             self.assertIn("E_q 25 5\n", (again / "results.txt").read_text())
             self.assertIn(f"run pend16-ro-1 20260131 {report.processor()}\n", (again / "results.txt").read_text())
 
