@@ -476,6 +476,17 @@ static void put_gains(FILE *f)
     fprintf(f, "};\n");
 }
 
+/* Marks this header of a training, and stops a program that has the other one of another training, whichever comes first. */
+static void put_sum(FILE *f, const char *header, const char *other)
+{
+    const unsigned long sum = (unsigned long)weights_sum;
+    fprintf(f,
+            "#if defined " STRING(MODEL) "_%s_SUM && " STRING(MODEL) "_%s_SUM != 0x%08lx\n#error \"" STRING(
+                MODEL) "_limits.h and " STRING(MODEL) "_weights.h are of two trainings: take both of one\"\n#endif\n"
+                       "#define " STRING(MODEL) "_%s_SUM 0x%08lx\n",
+            other, other, sum, header, sum);
+}
+
 /* OUT_limits.h; verdict: what is said of the weights, NULL: nothing. */
 static void write_settings(const char *verdict)
 {
@@ -494,10 +505,7 @@ static void write_settings(const char *verdict)
                            MODEL) "_force_size == %d ? 1 : "
                                   "-1];\n",
             (int)M(N), (int)M(N), (int)M(force_size));
-    fprintf(f,
-            "#if defined " STRING(MODEL) "_WEIGHTS_SUM && " STRING(MODEL) "_WEIGHTS_SUM != 0x%08lx\n#error \"" STRING(
-                MODEL) "_limits.h and " STRING(MODEL) "_weights.h are of two trainings: take both of one\"\n#endif\n",
-            (unsigned long)(weights_sum & 0xffffffff));
+    put_sum(f, "LIMITS", "WEIGHTS");
     put_evidence(f);
     put_limits(f);
     put_noise(f);

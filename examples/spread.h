@@ -24,6 +24,7 @@ enum { LANES = 1024 };
 
 typedef struct {
     uint64_t sum;                  /* checksum of q and qd */
+    uint64_t torques, bytes;       /* of tau; of the file as it is, 0: it cannot be read again */
     double square;                 /* sum of tau^2, whose unit follows from all files and rounds it */
     int recordings, samples, said; /* said: 1 if there is something to say of it */
 } spread_file;
@@ -36,8 +37,8 @@ static struct {
     int *first;             /* [recordings + 1]: the first sample of each, counted from 0 */
     int *begin;             /* [files + 1]: the first recording of each */
     uint64_t sum;           /* checksum of all of them, 0: there are none */
-    double range[3 * M(n)]; /* -low z, high z, largest |zd| */
-    int ranged;             /* 1: range is known */
+    double low[M(n)], high[M(n)], fastest[M(n)]; /* z, |zd| */
+    int ranged;             /* 1: these are known */
 } scattered;
 
 /* The process that has file k. */
@@ -76,14 +77,29 @@ static void add_sum(const motion *m, int from, int to, spread_file *f)
     for (i = (size_t)from; i < (size_t)to; i++) {
         f->sum = roln_fnv((int)row, (const unsigned char *)(m->q + i * (size_t)m->N), f->sum);
         f->sum = roln_fnv((int)row, (const unsigned char *)(m->qd + i * (size_t)m->N), f->sum);
+        f->torques = roln_fnv((int)(forces * sizeof *m->tau), (const unsigned char *)(m->tau + i * forces), f->torques);
         for (j = i * forces; j < (i + 1) * forces; j++)
             f->square += (double)m->tau[j] * (double)m->tau[j];
     }
     f->samples += to - from;
 }
 
+static uint64_t sum_of_bytes(const char *path)
+{
+    unsigned char part[4096];
+    uint64_t sum = ROLN_FNV;
+    size_t count;
+    FILE *f = fopen(path, "rb");
+    if (!f) return 0;
+    while ((count = fread(part, 1, sizeof part, f)) > 0)
+        sum = roln_fnv((int)count, part, sum);
+    return fclose(f), sum;
+}
+
+/* Files of the same bytes count as the same: what their samples become depends on the rates of the files they are read with. */
 static int same_samples(const spread_file *a, const spread_file *b)
 {
+    if (a->bytes == b->bytes && a->bytes != 0) return 1;
     return a->sum == b->sum && a->samples == b->samples && fabs(a->square - b->square) <= 1e-4 * a->square;
 }
 
@@ -95,7 +111,7 @@ static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m),
     motion *m = &scattered.own[k];
     *m = read_recordings(1, &scattered.files.path[k], w);
     prepare(m);
-    f->recordings = m->trajectories, f->sum = ROLN_FNV;
+    f->recordings = m->trajectories, f->sum = ROLN_FNV, f->bytes = sum_of_bytes(scattered.files.path[k]);
     add_sum(m, 0, m->samples, f);
     if (transcript[said]) {
         f->said = 1, *text = room(strlen(transcript + said) + 1, 1);
@@ -130,7 +146,7 @@ static void count_spread(void)
     for (k = 0; k < scattered.files.count; k++) {
         recordings += scattered.file[k].recordings, samples += scattered.file[k].samples;
         scattered.sum = roln_fnv((int)sizeof scattered.file[k].square, (const unsigned char *)&scattered.file[k].square,
-                                 3 * scattered.sum + scattered.file[k].sum);
+                                 3 * scattered.sum + scattered.file[k].sum + 5 * scattered.file[k].torques);
     }
     if (samples > INT_MAX - 1)
         fail("spread=: %.0f samples, but there can be %d\nhint: fewer files, or a larger dt=", samples, INT_MAX);
@@ -144,8 +160,10 @@ static void count_spread(void)
         scattered.begin[k + 1] = at + scattered.file[k].recordings;
     }
     unite(scattered.first, ((size_t)scattered.recordings + 1) * sizeof *scattered.first);
-    for (k = 0; k < scattered.recordings; k++)
+    for (k = 0; k < scattered.recordings; k++) {
         scattered.first[k + 1] += scattered.first[k];
+        scattered.sum = 3 * scattered.sum + (uint64_t)scattered.first[k + 1];
+    }
 }
 
 /* Refuses a file that is there twice, or is one of d: its held-out part would be trained with. */
@@ -154,7 +172,7 @@ static void refuse_spread_twins(void)
     spread_file *const own = room((size_t)d.trajectories + 1, sizeof *own);
     int files = 0, a, b;
     for (a = 0; a < d.trajectories; a++) {
-        if (a == 0 || d.file[a] != d.file[a - 1]) own[files++].sum = ROLN_FNV;
+        if (a == 0 || d.file[a] != d.file[a - 1]) own[files].bytes = sum_of_bytes(d.file[a]), own[files++].sum = ROLN_FNV;
         add_sum(&d, d.first[a], d.first[a + 1], &own[files - 1]);
     }
     for (a = 0; a < scattered.files.count; a++) {
@@ -314,43 +332,63 @@ static roln_status add_spread_chart(M(chart) * sums, M(chart_add_work) * work_of
 }
 #endif
 
+/* Widens the range of z_i by another one. Arcs of an angle come to the turn on which they are nearest. Together they are an arc
+   whose middle is within -pi .. pi, or all of the circle, as in NAME_fit_range. */
+static void join_range(int i, double low, double high, double *to_low, double *to_high)
+{
+    const roln_lnn *lnn = &M(model).lnn;
+    const double pi = 3.14159265358979324;
+    double turns = low / 2 + high / 2;
+    turns -= (double)roln_lnn_near(lnn, i, (roln_real)(*to_low / 2 + *to_high / 2), (roln_real)turns);
+    *to_low = fmin(*to_low, low - turns), *to_high = fmax(*to_high, high - turns);
+    if (!roln_lnn_angle(lnn, i)) return;
+    turns = *to_low / 2 + *to_high / 2, turns -= (double)roln_lnn_near(lnn, i, 0, (roln_real)turns);
+    *to_low -= turns, *to_high -= turns;
+    if (!(*to_high - *to_low < 1.9 * pi)) *to_low = -pi, *to_high = pi;
+}
+
 /* Finds the range of z and zd over spread=, for the weights in s.p. Nonzero if it overflows. */
 static int find_spread_range(void)
 {
     enum { n = M(n) };
-    double *range = scattered.range;
     static M(params) p;
     static M(fit_range_work) scratch;
-    int bad = 0, k, i;
-    for (i = 0; i < 3 * n; i++)
-        range[i] = -HUGE_VAL;
+    const size_t files = (size_t)scattered.files.count;
+    double(*of)[3][n] = room(files + 1, sizeof *of); /* of each file: low z, high z, |zd| */
+    int bad = 0, known = 0, k, i;
     for (k = 0; k < scattered.files.count && !bad; k++) {
         const motion *m = &scattered.own[k];
         if (m->samples == 0) continue;
         p = s.p;
         bad = M(fit_range)(&p, m->samples, m->q, m->qd, &scratch) != ROLN_OK;
-        for (i = 0; i < n && !bad; i++) {
-            range[i] = fmax(range[i], -(double)p.z_min[i]);
-            range[n + i] = fmax(range[n + i], (double)p.z_max[i]);
-            range[2 * n + i] = fmax(range[2 * n + i], (double)p.zd_max[i]);
-        }
+        for (i = 0; i < n && !bad; i++)
+            of[k][0][i] = (double)p.z_min[i], of[k][1][i] = (double)p.z_max[i], of[k][2][i] = (double)p.zd_max[i];
     }
     bad = agreed(bad);
-    largest(3 * n, range);
-    scattered.ranged = !bad && scattered.files.count > 0;
+    unite(of, files * sizeof *of);
+    for (k = 0; k < scattered.files.count && !bad; k++) {
+        if (scattered.file[k].samples == 0) continue;
+        for (i = 0; i < n; i++) {
+            if (!known) scattered.low[i] = of[k][0][i], scattered.high[i] = of[k][1][i], scattered.fastest[i] = of[k][2][i];
+            join_range(i, of[k][0][i], of[k][1][i], &scattered.low[i], &scattered.high[i]);
+            scattered.fastest[i] = fmax(scattered.fastest[i], of[k][2][i]);
+        }
+        known = 1;
+    }
+    free(of);
+    scattered.ranged = known;
     return bad;
 }
 
 /* Widens the range in p to that of spread=. After an error in the middle of a training that is not known, and p stays as it is. */
 static void widen_range(M(params) * p)
 {
-    enum { n = M(n) };
-    const double *range = scattered.range;
     int i;
-    for (i = 0; i < n && scattered.ranged; i++) {
-        p->z_min[i] = (roln_real)fmin((double)p->z_min[i], -range[i]);
-        p->z_max[i] = (roln_real)fmax((double)p->z_max[i], range[n + i]);
-        p->zd_max[i] = (roln_real)fmax((double)p->zd_max[i], range[2 * n + i]);
+    for (i = 0; i < (int)M(n) && scattered.ranged; i++) {
+        double low = (double)p->z_min[i], high = (double)p->z_max[i];
+        join_range(i, scattered.low[i], scattered.high[i], &low, &high);
+        p->z_min[i] = (roln_real)low, p->z_max[i] = (roln_real)high;
+        p->zd_max[i] = (roln_real)fmax((double)p->zd_max[i], scattered.fastest[i]);
     }
 }
 

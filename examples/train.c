@@ -784,7 +784,8 @@ static roln_real reach_of_data(void)
     roln_real most = 1;
     int i;
     p = s.p;
-    if (M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) return ROLN_C(1.3);
+    if (find_spread_range() || M(fit_range)(&p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) return ROLN_C(1.3);
+    widen_range(&p);
     for (i = 0; i < (int)M(n); i++)
         if (!roln_lnn_angle(&M(model).lnn, i)) most = ROLN_MAX(most, ROLN_MAX(p.z_max[i], -p.z_min[i]));
     return ROLN_C(1.3) * most;
@@ -1045,6 +1046,7 @@ static int resume(void)
     if (!(set("resume") > 0)) return 0;
     if (process == 0) read_checkpoint();
     hand_out(0, &s, sizeof s);
+    begun = process == 0;
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
@@ -1158,9 +1160,8 @@ static double reserve(void)
 /* Nonzero if the run has to end now: why stands in `ended`. */
 static int halting(void)
 {
-    const int sig = agreed((int)halted);
-    if (sig) halted = sig;
-    if (halted) snprintf(ended, sizeof ended, "signal %d", (int)halted);
+    const int sig = agreed((int)halted); /* one that comes later counts at the next step, there for all */
+    if (sig) snprintf(ended, sizeof ended, "signal %d", sig), halted = sig;
     else if (set("seconds") > 0 && agreed(left() < reserve())) snprintf(ended, sizeof ended, "seconds=%g", set("seconds"));
     return ended[0] != 0;
 }
@@ -1195,6 +1196,10 @@ static void tell_short(const pool *longer)
     for (k = 0; k < d.trajectories; k++) {
         const int samples = d.first[k + 1] - d.first[k];
         few += samples < 3, brief += samples >= 3 && samples < reach + 2 && k < train && s.stage == NEWTON;
+    }
+    for (k = 0; k < scattered.recordings; k++) {
+        const int samples = scattered.first[k + 1] - scattered.first[k];
+        few += samples < 3, brief += samples >= 3 && samples < reach + 2 && s.stage == NEWTON;
     }
     if (few > 0) printf("%d recordings of fewer than 3 samples: not used\n", few);
     if (brief > 0) printf("%d recordings shorter than a window of %g s: not used for windows\n", brief, reach * d.dt);
@@ -1296,10 +1301,8 @@ static int write_weights(const char *mark)
     if (strcmp(words[DELAY].value, "0") != 0)
         fprintf(f, "\n/* s from the stamp of a torque to its effect, in the recordings (docs/control.md, \"Delay\") */\n"
                    "#define %s_DELAY ROLN_C(%.6g)\n", STRING(MODEL), delay_found);
-    weights_sum = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV);
-    fprintf(f,
-            "\n#define " STRING(MODEL) "_WEIGHTS_SUM 0x%08lx /* the same in " STRING(MODEL) "_limits.h, which belongs to them */\n",
-            (unsigned long)(weights_sum & 0xffffffff));
+    weights_sum = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV) & 0xffffffff;
+    fputc('\n', f), put_sum(f, "WEIGHTS", "LIMITS");
     return put_in_place(f, "_weights.h") && good;
 }
 

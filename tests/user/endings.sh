@@ -157,6 +157,17 @@ for n in $first $((first + 5)) $((first + 20)); do
     check "out of memory: $n, says so" grep '^out of memory' $dir/says.log
     check "out of memory: $n, weights" left early 'not judged: '
 done
+n=12
+until
+    REQUESTS=$n $dir/scarce $dir/small.csv steps=200 out=$early --resume > $dir/says.log 2>&1
+    code=$?
+    grep -q '^on from step' $dir/says.log || [ $n -gt 200 ]
+do
+    n=$((n + 1))
+done
+check "out of memory behind --resume: ended with $code" test $code -eq 3
+check 'out of memory behind --resume, says so' grep '^out of memory' $dir/says.log
+check 'out of memory behind --resume, weights' left early 'not judged: '
 check 'out of memory before the training' says 'out of memory' env REQUESTS=12 $dir/scarce $dir/small.csv out=$early
 
 # weights of an interrupted training are kept; if they were good, they are kept beside worse ones, and these do not take their place
@@ -174,14 +185,19 @@ for seed in 1 2; do
     check "worse than before: seed $seed, the old ones" grep good $early.roln.old ${early}_weights.h.old ${early}_limits.h.old
 done
 # headers of weights and limits of two trainings do not compile together
-echo '#include "joints.h"' > $dir/both.c
-echo '#include "early_weights.h"' >> $dir/both.c
-echo '#include "early_limits.h"' >> $dir/both.c
-check 'weights and limits of one training' gcc -std=c99 -I. -I$dir -fsyntax-only -Werror $dir/both.c
+for order in 'weights limits' 'limits weights'; do
+    # shellcheck disable=SC2086 # two words
+    printf '#include "joints.h"\n%s' "$(printf '#include "early_%s.h"\n' $order)" > "$dir/${order% *}.c"
+    echo >> "$dir/${order% *}.c"
+    check "$order of one training" gcc -std=c99 -I. -I$dir -fsyntax-only -Werror "$dir/${order% *}.c"
+done
 check 'others' short $dir/joints $dir/small.csv steps=1 seed=3 out=$dir/other
 cp $dir/other_weights.h ${early}_weights.h
-check 'weights and limits of two trainings' sh -c "! gcc -std=c99 -I. -I$dir -fsyntax-only $dir/both.c 2> $dir/two.log &&
-    grep 'are of two trainings: take both of one' $dir/two.log"
+for first in weights limits; do
+    check "weights and limits of two trainings, first the $first" sh -c "
+        ! gcc -std=c99 -I. -I$dir -fsyntax-only $dir/$first.c 2> $dir/two.log &&
+            grep 'are of two trainings: take both of one' $dir/two.log"
+done
 # one training at a time writes to a place
 $dir/joints $dir/small.csv steps=100000 window=0 out=$early > $early.log 2>&1 &
 until grep -q Gauss $early.log 2> /dev/null; do sleep 0.1; done

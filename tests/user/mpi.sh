@@ -102,6 +102,56 @@ check 'a file of spread= that is trained with already' ends 2 'two.csv has the s
     $dir/two.csv torque=1 spread=$dir/two.csv,$dir/more out=$dir/b
 check 'the same, with two files before it' ends 2 '4.csv has the samples of a file that is read already' \
     $dir/two.csv $dir/more/4.csv torque=1 spread=$dir/more out=$dir/b
+# beside a file whose steps jitter all are brought to one rate, so the samples of two.csv become others than alone
+awk -F, -v OFS=, 'NF > 1 && NR > 1 { $1 += NR % 3 * 0.0005 } 1' $dir/more/2.csv > $dir/jitter.csv
+check 'a file of spread= that is trained with already, at another rate' ends 2 \
+    'two.csv has the samples of a file that is read already' $dir/two.csv $dir/jitter.csv torque=1 spread=$dir/two.csv out=$dir/b
+# a checkpoint is of the recordings of spread=, with their torques and where they begin
+short_of='torque=1 steps=4'
+cp $dir/more/3.csv $dir/changing.csv
+$dir/two $dir/two.csv $short_of spread=$dir/changing.csv out=$dir/c > $dir/c.log 2>&1
+for change in 'NF > 1 && NR > 1 { $6 = -$6 }' 'NR == 60 { print "" }'; do
+    awk -F, -v OFS=, "$change 1" $dir/more/3.csv > $dir/changing.csv
+    check "spread= changed, $change" sh -c "! $dir/two $dir/two.csv $short_of spread=$dir/changing.csv out=$dir/c --resume \
+        > $dir/ends.log 2>&1 && grep 'c.check is of other data' $dir/ends.log"
+done
+# recordings of spread= that are too short are told
+{ cat $dir/more/2.csv; echo; sed -n '2,3p' $dir/more/3.csv; } > $dir/short.csv
+$dir/two $dir/two.csv torque=1 steps=1 spread=$dir/short.csv out=$dir/b > $dir/b.log 2>&1
+check 'a short recording of spread=' grep '^1 recordings of fewer than 3 samples: not used' $dir/b.log
+# the range of an angle is an arc on any turn: 2.9 .. 3.5 and 2.7 .. 3.4 are 2.7 .. 3.5, also on two machines
+sed 's/two$/hinge/; s/MLP/ANGLES 1, 1\n#define ROLN_MLP/' $dir/two.h > $dir/hinge.h
+# shellcheck disable=SC2086 # several words
+{ gcc $flags -I. -I$dir -Iexamples -DMODEL=hinge examples/train.c -o $dir/hinge -lpthread -lm &&
+    mpicc $flags -DROLN_MPI -I. -I$dir -Iexamples -DMODEL=hinge examples/train.c -o $dir/hinge_mpi -lpthread -lm; } || exit 1
+# arc FROM TO: recordings of two joints that swing between these angles
+arc() {
+    awk -v from="$1" -v to="$2" 'BEGIN {
+        print "t,q1,q2,qd1,qd2"
+        for (k = 0; k < 12; k++) for (i = 0; i < 120; i++) {
+            w = 2 + k / 10; m = (from + to) / 2; c = (to - from) / 2; x = w * i * 0.02
+            printf "%s%.2f,%.9g,%.9g,", k && !i ? "\n" : "", i * 0.02, m + c * sin(x), c * cos(x)
+            printf "%.9g,%.9g\n", c * w * cos(x), -c * w * sin(x)
+        } }'
+}
+mkdir -p $dir/arcs
+arc 2.9 3.5 > $dir/turn.csv
+arc 2.7 3.4 > $dir/arcs/1.csv
+arc 3.1 3.3 > $dir/arcs/2.csv
+same arc hinge $dir/turn.csv steps=1 spread=$dir/arcs
+cat > $dir/arc.c << 'end'
+#include "hinge.h"
+#include "arc_weights.h"
+#include <stdio.h>
+int main(void)
+{
+    printf("%.3f %.3f\n", (double)hinge_weights.z_min[0], (double)hinge_weights.z_max[0]);
+    return 0;
+}
+end
+gcc -std=c99 -I. -I$dir $dir/arc.c -o $dir/arc_range -lm
+check 'the range of an angle' sh -c "$dir/arc_range | awk '{ w = \$2 - \$1; print; exit !(w > 0.78 && w < 0.82) }'"
+
 other="$dir/two_mpi $dir/two.csv torque=1 out=$dir/b"
 for setting in seed=2 steps=3 next=1; do
     mpirun -n 1 $other : -n 1 $other $setting > $dir/ends.log 2>&1
