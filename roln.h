@@ -2076,6 +2076,15 @@ ROLN_FN double rolni_floor_part(int i)
     return part[i];
 }
 
+/* log v of a double that may be too large for roln_real. */
+ROLN_FN double rolni_growth_log(double v)
+{
+    double log = 0;
+    for (; v > 1e30; v *= 1e-30)
+        log += 69.07755278982137; /* log 1e30 */
+    return log + ROLNI_AS(double, roln_log(ROLNI_AS(roln_real, v)));
+}
+
 /* A sample of numbers: their errors at a novelty. */
 ROLN_FN void rolni_growth_add(int numbers, roln_real novelty, const roln_real *error, rolni_growths logs, rolni_growths *squares)
 {
@@ -2085,7 +2094,7 @@ ROLN_FN void rolni_growth_add(int numbers, roln_real novelty, const roln_real *e
     for (g = 0; g < ROLNI_GROWTHS; g++, grown *= root)
         for (r = 0; r < ROLNI_FLOORS; r++) {
             const double part = rolni_floor_part(r), v = part + (1 - part) * grown;
-            logs[g][r] += ROLNI_AS(double, roln_log(ROLNI_AS(roln_real, v)));
+            logs[g][r] += rolni_growth_log(v);
             for (i = 0; i < numbers; i++)
                 squares[i][g][r] += ROLNI_AS(double, error[i]) * ROLNI_AS(double, error[i]) / v;
         }
@@ -3841,11 +3850,20 @@ ROLN_FN roln_real ROLNI_(turned)(const ROLN_(params) *p, int i, roln_real z)
     return roln_lnn_near(&ROLN_(model).lnn, i, p->z_min[i] / 2 + p->z_max[i] / 2, z);
 }
 
-/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside. An angle
-   may be beyond by the rounding of its turns. */
+/* Nonzero if p holds a range: something moved in the recordings of NAME_fit_range. */
+ROLN_FN int ROLNI_(has_range)(const ROLN_(params) *p)
+{
+    int i, has = 0;
+    for (i = 0; i < ROLN_(n); i++)
+        has |= p->z_max[i] > p->z_min[i] || p->zd_max[i] > 0;
+    return has;
+}
+
+/* Nonzero if z [n] is at most margin (z_max - z_min) beyond the range, and |zd| <= (1 + margin) zd_max. NaN is outside, and without
+   a range everything. An angle may be beyond by the rounding of its turns. */
 ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const roln_real *z, const roln_real *zd)
 {
-    int i, in = 1;
+    int i, in = ROLNI_(has_range)(p);
     for (i = 0; i < ROLN_(n); i++) {
         const roln_real rounding = roln_lnn_angle(&ROLN_(model).lnn, i) ? 4 * ROLN_EPS * (ROLNI_PI + ROLN_ABS(z[i])) : 0;
         const roln_real x = ROLNI_(turned)(p, i, z[i]), room = margin * (p->z_max[i] - p->z_min[i]) + rounding;
@@ -4059,8 +4077,8 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
    ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder that failed.
    Delay: with ROLN_DELAY x and s are as measured all the same, not ahead. The guard compares them with the torques that act,
    g->sent[0]. Each call adds a torque to those on their way.
-   Energy residual: r = (energy gained since the last tick) / dt - (mean of zd^T (J^T tau - d) at both ends). r is known if the last
-   tick was a good one and this one has no ROLN_FAULT_MANIFOLD, with which z is not the pose. r is of second order in dt and grows
+   Energy residual: r = (energy gained since the last tick) / dt - (mean of zd^T (J^T tau - d) at both ends). r is known if neither
+   tick has ROLN_FAULT_INPUT, _STATUS, _RANGE or _MANIFOLD, with which z is not the pose. r is of second order in dt and grows
    with every external force that the model does not know. A velocity that jumps from tick to tick, of an encoder, say, lets r jump
    by the energy of the jump over dt. With limits->residual_window = w the running mean R += (r - R) / w takes the place of r: jumps
    count a w-th, and a force that stays counts after w ticks. With limits->false_alarms = a it is the mean of w ticks whose r is
@@ -5428,7 +5446,7 @@ ROLN_FN uint32_t ROLNI_(observer_start)(const ROLN_(params) *p, const roln_real 
     if (zdd) rolni_zero(n, zdd);
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     for (i = 0; i < n; i++)
-        if (!(p->z_max[i] > p->z_min[i])) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
+        if (!(p->z_max[i] > p->z_min[i]) || !(p->zd_max[i] > 0)) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
     rolni_zero(n, w->b);
     if (z && ROLNI_(decode)(p, z, w->b, x, w->u.decode.tape, w->u.decode.s) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
@@ -5486,8 +5504,10 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
         filter->faults |= ROLN_FAULT_STATUS;
         return ROLN_FAULT_STATUS;
     }
-    for (i = 0; i < N; i++)
-        valid &= g->q[i] > 0 && g->e[i] > 0;
+    for (i = 0; i < N; i++) {
+        const roln_real square = g->q[i] * g->q[i]; /* it divides */
+        valid &= g->q[i] > 0 && square > 0 && roln_finite(square) && g->e[i] > 0 && roln_finite(g->e[i]);
+    }
     if (!valid) {
         filter->faults |= ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
         return ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
@@ -6600,6 +6620,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0) || (!torques && !l->tau_each && !(l->tau > 0))) return ROLN_E_RANGE;
+    if (!ROLNI_(has_range)(p)) return ROLN_E_RANGE;
     most.margin = most.residual = most.q_tolerance = most.qd_tolerance = most.novelty = 0;
     rolni_zero(force_size, top);
     rolni_zero(force_size, rise);
@@ -6620,7 +6641,8 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     if (rank > 0) ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
     else most.residual *= slack;
     if (!(most.residual > 0)) most.false_alarms = 0;
-    most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
+    most.margin = ROLN_MAX(slack * most.margin, most.margin + 4 * ROLN_EPS * (1 + most.margin)); /* the guard rounds otherwise */
+    most.margin = ROLN_MAX(most.margin, ROLN_C(0.1));
     most.q_tolerance *= slack, most.qd_tolerance *= slack, most.novelty *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {

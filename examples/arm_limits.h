@@ -10,6 +10,7 @@ typedef char arm_limits_are_of_N_6[arm_N == 6 && arm_force_size == 6 ? 1 : -1];
 #if defined arm_WEIGHTS_SUM && arm_WEIGHTS_SUM != 0x2b2cb04a
 #error "arm_limits.h and arm_weights.h are of two trainings: take both of one"
 #endif
+#define arm_LIMITS_SUM 0x2b2cb04a
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const arm_evidence arm_known = {

@@ -274,4 +274,7 @@ ROLN_FLASH const arm_params arm_weights =
 #endif
 #endif
 
-#define arm_WEIGHTS_SUM 0x2b2cb04a /* the same in arm_limits.h, which belongs to them */
+#if defined arm_LIMITS_SUM && arm_LIMITS_SUM != 0x2b2cb04a
+#error "arm_limits.h and arm_weights.h are of two trainings: take both of one"
+#endif
+#define arm_WEIGHTS_SUM 0x2b2cb04a

@@ -10,6 +10,7 @@ typedef char belt_limits_are_of_N_3[belt_N == 3 && belt_force_size == 3 ? 1 : -1
 #if defined belt_WEIGHTS_SUM && belt_WEIGHTS_SUM != 0x2b04d97c
 #error "belt_limits.h and belt_weights.h are of two trainings: take both of one"
 #endif
+#define belt_LIMITS_SUM 0x2b04d97c
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const belt_evidence belt_known = {

@@ -214,4 +214,7 @@ ROLN_FLASH const belt_params belt_weights =
 /* s from the stamp of a torque to its effect, in the recordings (docs/control.md, "Delay") */
 #define belt_DELAY ROLN_C(0.0053)
 
-#define belt_WEIGHTS_SUM 0x2b04d97c /* the same in belt_limits.h, which belongs to them */
+#if defined belt_LIMITS_SUM && belt_LIMITS_SUM != 0x2b04d97c
+#error "belt_limits.h and belt_weights.h are of two trainings: take both of one"
+#endif
+#define belt_WEIGHTS_SUM 0x2b04d97c

@@ -10,6 +10,7 @@ typedef char furuta_limits_are_of_N_2[furuta_N == 2 && furuta_force_size == 2 ? 
 #if defined furuta_WEIGHTS_SUM && furuta_WEIGHTS_SUM != 0xd916a259
 #error "furuta_limits.h and furuta_weights.h are of two trainings: take both of one"
 #endif
+#define furuta_LIMITS_SUM 0xd916a259
 
 /* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */
 static const furuta_evidence furuta_known = {

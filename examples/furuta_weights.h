@@ -185,4 +185,7 @@ ROLN_FLASH const furuta_params furuta_weights =
 #endif
 #endif
 
-#define furuta_WEIGHTS_SUM 0xd916a259 /* the same in furuta_limits.h, which belongs to them */
+#if defined furuta_LIMITS_SUM && furuta_LIMITS_SUM != 0xd916a259
+#error "furuta_limits.h and furuta_weights.h are of two trainings: take both of one"
+#endif
+#define furuta_WEIGHTS_SUM 0xd916a259

@@ -383,12 +383,13 @@ static void compare(memory *m)
     turn.phase = SAVE;
 }
 
-/* One tick of the learner, x measured; NULL: not, or the guard reports a fault. Then the window is dropped. Returns the copy to
-   work on. */
+/* One tick of the learner, x measured; NULL: not, or the guard reports a fault. Then the window is dropped, also one that has just
+   ended. Returns the copy to work on. */
 static int tick(int copy, const chain_state *x)
 {
     memory *m = &copies[copy];
-    const phases now = turn.phase;
+    const phases now = !x && (turn.phase == LOOK || turn.phase == SUMS) ? SAMPLE : turn.phase;
+    turn.phase = now;
     if (now == SAMPLE && x) watch(m, x);
     if (now == LOOK) look(m);
     if (now == SUMS) sums(m);

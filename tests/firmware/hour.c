@@ -349,6 +349,13 @@ static void test_dropped(void)
     check(memcmp(&last, copies[copy].last, sizeof last) == 0, "a measurement that is none", 0);
     one_tick();
     check(turn.age == 1 && turn.rows == 0, "a window spans a gap", 0);
+    while (turn.phase != LOOK)
+        one_tick();
+    const uint32_t held = copies[copy].left_out;
+    const memory before = copies[copy];
+    copy = tick(copy, NULL); /* the guard sees what was wrong when the window has ended */
+    check(turn.phase == SAMPLE && copies[copy].left_out == held, "a window that has just ended is looked at", 0);
+    check(memcmp(before.held, copies[copy].held, sizeof before.held) == 0, "a window that has just ended is held out", 0);
 }
 
 /* The hour as it is, or without checks. Returns the hash of what was learned. */

@@ -375,6 +375,27 @@ static void T_(late)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *
     CHECK((OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) & ROLN_FILTER_OUTLIER) && o.f.used == OBSERVED(N) - 1);
 }
 
+/* Gains that make no sense: nothing is done. */
+static void T_(wrong_gains)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *with, const roln_real *y,
+                            const roln_real *tau, OBSERVED(observer) *o)
+{
+    enum { N = OBSERVED(N) };
+    static OBSERVED(observer_tick_work) w;
+    const OBSERVED(observer) was = *o;
+    OBSERVED(observer_gains) g;
+    int i;
+    for (i = 0; i < 11; i++) { /* 8, 9: the square of q is no number, or 0 */
+        roln_real *const wrong[10] = {&g.dt, &g.gate, &g.q[N - 1], &g.e[0],     &g.settle,
+                                      &g.dt, &g.q[0], &g.e[N - 1], &g.q[N - 1], &g.q[N - 1]};
+        const roln_real square = PICK(ROLN_C(1e30), ROLN_C(1e200));
+        g = *with;
+        if (i < 10) *wrong[i] = i < 5 ? -1 : i < 8 ? (roln_real)INFINITY : i < 9 ? square : 1 / square;
+        else g.lost = -1;
+        CHECK(OBSERVED(observer_tick)(p, &g, y, tau, o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && o->f.valid);
+        CHECK(memcmp(&was.s, &o->s, sizeof o->s) == 0);
+    }
+}
+
 /* Faults as those of the filter: start, gap, outliers, what is not finite, settings; the estimate stays finite. */
 static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *with)
 {
@@ -396,6 +417,8 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && !o.f.valid);
     y[0] = (roln_real)q[0], other = *p, other.z_max[0] = other.z_min[0];
     CHECK(OBSERVED(observer_tick)(&other, &g, y, tau, &o, &w) == (ROLN_FAULT_RANGE | ROLN_FILTER_NONE) && !o.f.valid);
+    other = *p, other.zd_max[n - 1] = 0;
+    CHECK(OBSERVED(observer_tick)(&other, &g, y, tau, &o, &w) == (ROLN_FAULT_RANGE | ROLN_FILTER_NONE) && !o.f.valid);
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FILTER_START && o.f.valid && o.f.starts == 1 && o.f.used == N);
     BOUND("observer: starts at the pose", furthest(n, o.s.z, z), PICK(1e-5, 1e-13));
     CHECK(all(n, o.s.zd, 0) && all(n, OBSERVED_LAST(o), 0));
@@ -404,15 +427,7 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FAULT_INPUT && o.f.valid);
     tau[F - 1] = 0, o.f.faults = 0, was = o, other = *p, other.slope = 2;
     CHECK(OBSERVED(observer_tick)(&other, &g, y, tau, &o, &w) == ROLN_FAULT_STATUS && o.f.faults == ROLN_FAULT_STATUS);
-    for (i = 0; i < 6; i++) {
-        roln_real *const wrong[6] = {&g.dt, &g.gate, &g.q[N - 1], &g.e[0], &g.settle, &g.dt};
-        g = *with;
-        *wrong[i] = i == 5 ? (roln_real)INFINITY : -1;
-        CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && o.f.valid);
-    }
-    g = *with, g.lost = -1;
-    CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) &&
-          memcmp(&was.s, &o.s, sizeof o.s) == 0);
+    T_(wrong_gains)(p, with, y, tau, &o);
     g = *with, g.gate = 6;
     o.age = 32 * g.settle + 1, was = o;
     if (N > n) {

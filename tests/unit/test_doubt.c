@@ -309,6 +309,22 @@ static void test_units_of_laws(void)
     }
 }
 
+/* Errors that grow with the square of a novelty of which one is huge: the law is theirs. */
+static void test_huge_novelty(void)
+{
+    static const roln_real novelty[5] = {1, 10, 1000, ROLN_C(1e6), ROLN_C(1e10)};
+    rolni_growths logs, squares[1];
+    roln_real always[1], grows[1];
+    int k;
+    memset(logs, 0, sizeof logs), memset(squares, 0, sizeof squares);
+    for (k = 0; k < 5; k++) {
+        const roln_real error[1] = {ROLN_C(1e-7) * novelty[k] * novelty[k]};
+        rolni_growth_add(1, novelty[k], error, logs, squares);
+    }
+    CHECK(rolni_growth_solve(5, 1, logs, squares, always, grows) == 8);
+    CHECK_NEAR(grows[0], 1e-7L, 1e-9L);
+}
+
 /* Evidence of any bits: deviations are numbers or there is a status, and the last ones stay. */
 static void test_damaged(void)
 {
@@ -362,6 +378,7 @@ void TEST_NAME(doubt)(void)
     test_overflow();
     test_rest();
     test_units_of_laws();
+    test_huge_novelty();
     test_damaged();
     plain_test_doubt();
     cart_test_doubt();

@@ -434,7 +434,23 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
 #undef REFUSED
 }
 
-/* What rests needs no range of velocities. */
+/* With slack = 1 the margin holds the recordings that it is of, however it rounds. */
+static void check_fit_margin(int k, const recordings *r, rig *start, const roln_batch *b, const roln_limits *from)
+{
+    const instance m = of_rig(k, start);
+    roln_real each[MAXN], rates[MAXN];
+    uint64_t seed = 77;
+    int i;
+    for (i = 0; i < 100; i++) {
+        roln_limits l = *from;
+        fill(n_OF(k), ROLN_C(0.03) + ROLN_C(0.1) * roln_uniform(&seed), start->zd_max);
+        CHECK_OK(m.of->fit_limits(&m, b, 1, &l, each, rates, ROOM(fit_limits)));
+        CHECK((faults_along(k, r, start, &l) & ROLN_FAULT_RANGE) == 0);
+    }
+    fill(n_OF(k), 99, start->zd_max);
+}
+
+/* What rests needs no range of velocities. Where all rests there is no range. */
 static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, const roln_limits *from)
 {
     static roln_real rest[RUNS * TICKS * MAXN];
@@ -444,7 +460,9 @@ static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, cons
     roln_limits l = *from;
     fill(n_OF(k), 0, start->zd_max), b.qd = rest;
     CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
-    fill(n_OF(k), 99, start->zd_max);
+    fill(n_OF(k), 0, start->z_min), fill(n_OF(k), 0, start->z_max), b.q = rest;
+    CHECK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)) == ROLN_E_RANGE);
+    fill(n_OF(k), -99, start->z_min), fill(n_OF(k), 99, start->z_max), fill(n_OF(k), 99, start->zd_max);
 }
 
 /* With false_alarms a recording holds a window; nothing that moves has no residual, and no rate of it. */
@@ -559,6 +577,7 @@ static void test_fit_limits(int k)
             CHECK(st == (i < 3 ? ROLN_E_RANGE : ROLN_OK) && l.tau_each == each && (i == 3) == (l.margin > 0));
         }
     }
+    check_fit_margin(k, &r, &start, &b, &was);
     check_fit_rest(k, &start, &b, &was);
     check_fit_alarms(k, &start, &b, &was);
     check_fit_tail(k, &r, &start, &b, &was);

@@ -722,6 +722,28 @@ static roln_status spoil(int what, task *x)
     }
 }
 
+/* A term of nothing, and terms of limits alone, which need no reference. */
+static void check_bare_terms(const task *good)
+{
+    static task x;
+    plan_at pl;
+    instance m;
+    int what, i;
+    for (what = 0; what < 3; what++) {
+        roln_real low[MAXN], high[MAXN];
+        for (i = 0; i < MAXN; i++)
+            low[i] = -(roln_real)INFINITY, high[i] = (roln_real)INFINITY;
+        x = *good;
+        point(&x);
+        pl = planned(&x), m = model_of(&x);
+        if (what == 0) x.term[4].count = 0, x.term[4].weight = NULL;
+        x.term[what == 0 ? 4 : 0].ref = NULL;
+        if (what == 1) x.term[0].low = low;
+        if (what == 2) x.term[0].high = high;
+        CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
+    }
+}
+
 /* Each leaves the plan what it was, a step older, and at its end there is none. */
 static void test_refused(int k)
 {
@@ -763,6 +785,7 @@ static void test_refused(int k)
         for (what = 0; what < STEPS * motors; what++)
             CHECK_NEAR(x.torque[what], 0, 1e-3 * (double)x.tau[what % motors]);
     }
+    check_bare_terms(&good);
     x = good; /* after a failure it goes on */
     point(&x);
     pl = planned(&x), m = model_of(&x);

@@ -205,6 +205,21 @@ static void check_in_range(const plain_params *p, const plain_latent *corner)
     CHECK(!plain_in_range(p, &s));
 }
 
+/* Of a model without a range nothing is within it, not even the pose 0 at rest; one whose coordinates rested has one. */
+static void check_no_range(const plain_params *p)
+{
+    static plain_params none;
+    plain_latent s;
+    none = *p;
+    memset(&s, 0, sizeof s);
+    memset(none.z_min, 0, sizeof none.z_min), memset(none.z_max, 0, sizeof none.z_max), memset(none.zd_max, 0, sizeof none.zd_max);
+    CHECK(!plain_in_range(&none, &s) && !plain_i_in_range(&none, 1000, s.z, s.zd));
+    none.z_max[1] = 1;
+    CHECK(plain_in_range(&none, &s));
+    none.z_max[1] = 0, none.zd_max[0] = 1;
+    CHECK(plain_in_range(&none, &s));
+}
+
 /* Forces and terms of a model are those of the kernels, in its units: with q = s phi(z), t = c t' and a unit m of inertia,
        tau' = tau s c^2 / m,  M = M' m,  c, g = m c', m g' / c^2,  T = m T' (kernels: '). */
 static void check_kernels(const plain_params *p, const plain_latent *s, const roln_real *tau)
@@ -268,6 +283,7 @@ static void test_shell(void)
     ROOM_KEPT();
     memcpy(s.z, p.z_min, sizeof s.z), s.zd[0] = p.zd_max[0], s.zd[1] = -p.zd_max[1];
     check_in_range(&p, &s);
+    check_no_range(&p);
     s.zd[1] = -1;
     p.scale.q = 2, p.scale.t = ROLN_C(0.5), p.scale.m = 4;
     check_kernels(&p, &s, tau);
