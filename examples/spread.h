@@ -37,8 +37,8 @@ static struct {
     int *first;             /* [recordings + 1]: the first sample of each, counted from 0 */
     int *begin;             /* [files + 1]: the first recording of each */
     uint64_t sum;           /* checksum of all of them, 0: there are none */
-    double low[M(n)], high[M(n)], fastest[M(n)]; /* z, |zd| */
-    int ranged;             /* 1: these are known */
+    int ranged;             /* 1: the range is known */
+    double low[M(n)], high[M(n)], fastest[M(n)]; /* the range: of z, of |zd| */
 } scattered;
 
 /* The process that has file k. */
@@ -84,6 +84,7 @@ static void add_sum(const motion *m, int from, int to, spread_file *f)
     f->samples += to - from;
 }
 
+/* Checksum of a file; 0: it cannot be read. */
 static uint64_t sum_of_bytes(const char *path)
 {
     unsigned char part[4096];
@@ -97,7 +98,7 @@ static uint64_t sum_of_bytes(const char *path)
 }
 
 /* Files of the same bytes count as the same: what their samples become depends on the rates of the files they are read with. */
-static int same_samples(const spread_file *a, const spread_file *b)
+static int same_file(const spread_file *a, const spread_file *b)
 {
     if (a->bytes == b->bytes && a->bytes != 0) return 1;
     return a->sum == b->sum && a->samples == b->samples && fabs(a->square - b->square) <= 1e-4 * a->square;
@@ -177,11 +178,11 @@ static void refuse_spread_twins(void)
     }
     for (a = 0; a < scattered.files.count; a++) {
         const spread_file *f = &scattered.file[a];
-        for (b = 0; b < files && !same_samples(f, &own[b]); b++)
+        for (b = 0; b < files && !same_file(f, &own[b]); b++)
             ;
         if (b < files)
             fail("spread=: %s has the samples of a file that is read already\nhint: each file once", scattered.files.path[a]);
-        for (b = 0; b < a && !same_samples(f, &scattered.file[b]); b++)
+        for (b = 0; b < a && !same_file(f, &scattered.file[b]); b++)
             ;
         if (b < a)
             fail("spread=: %s and %s have the same samples\nhint: each file once", scattered.files.path[b],

@@ -107,12 +107,12 @@ awk -F, -v OFS=, 'NF > 1 && NR > 1 { $1 += NR % 3 * 0.0005 } 1' $dir/more/2.csv 
 check 'a file of spread= that is trained with already, at another rate' ends 2 \
     'two.csv has the samples of a file that is read already' $dir/two.csv $dir/jitter.csv torque=1 spread=$dir/two.csv out=$dir/b
 # a checkpoint is of the recordings of spread=, with their torques and where they begin
-short_of='torque=1 steps=4'
+brief='torque=1 steps=4'
 cp $dir/more/3.csv $dir/changing.csv
-$dir/two $dir/two.csv $short_of spread=$dir/changing.csv out=$dir/c > $dir/c.log 2>&1
+$dir/two $dir/two.csv $brief spread=$dir/changing.csv out=$dir/c > $dir/c.log 2>&1
 for change in 'NF > 1 && NR > 1 { $6 = -$6 }' 'NR == 60 { print "" }'; do
     awk -F, -v OFS=, "$change 1" $dir/more/3.csv > $dir/changing.csv
-    check "spread= changed, $change" sh -c "! $dir/two $dir/two.csv $short_of spread=$dir/changing.csv out=$dir/c --resume \
+    check "spread= changed, $change" sh -c "! $dir/two $dir/two.csv $brief spread=$dir/changing.csv out=$dir/c --resume \
         > $dir/ends.log 2>&1 && grep 'c.check is of other data' $dir/ends.log"
 done
 # recordings of spread= that are too short are told
