@@ -82,7 +82,7 @@ for prefix in "$tmp/plain" "$tmp/moved here"; do
     done
 done
 
-# a program of roln 0.3 becomes one of today
+# a program with names of roln 0.3 becomes one of today
 sed -E -f .packaging/rename.sed tests/user/program_0.3.txt > "$tmp/renamed.c"
 check gcc -std=c99 -Wall -Wextra -Werror -I. "$tmp/renamed.c" -o "$tmp/renamed" -lm
 check same "$("$tmp/renamed")" '1 1'
