@@ -39,6 +39,17 @@
 #define ROLN_MLP 4
 #include "roln.h"
 
+/* Four coordinates, and the most that have squares. */
+#define ROLN_NAME dog
+#define ROLN_AE 4
+#define ROLN_MLP 4
+#include "roln.h"
+
+#define ROLN_NAME octopus
+#define ROLN_AE 8
+#define ROLN_MLP 4
+#include "roln.h"
+
 typedef long double ld;
 #define CHECK_OK(call) CHECK((call) == ROLN_OK)
 
@@ -109,6 +120,26 @@ static int products(int count, const ld *x, int degree, ld so_far, int any, ld *
 #define DOUBTED(x) centipede_##x
 #include "doubted.h"
 #undef DOUBTED
+
+#define MIDDLE(x) plain_##x
+#include "middle.h"
+#undef MIDDLE
+#define MIDDLE(x) dog_##x
+#include "middle.h"
+#undef MIDDLE
+#define MIDDLE(x) octopus_##x
+#include "middle.h"
+#undef MIDDLE
+
+/* limits.novelty is four times the largest of the motion. Beyond it is the middle of a closed curve, of up to eight coordinates; of
+   two coordinates also that of motion in all directions, which stays six tenths of the way away from it. */
+static void test_middle(void)
+{
+    CHECK_BELOW(4, plain_test_middle(0));
+    CHECK_BELOW(4, dog_test_middle(0));
+    CHECK_BELOW(4, octopus_test_middle(0));
+    CHECK_BELOW(4, plain_test_middle(0.6));
+}
 
 /* Motion on a ring: its middle is in the box of what was seen, but was never seen. limits.novelty tells, limits.margin does not. */
 static void test_ring(void)
@@ -385,4 +416,5 @@ void TEST_NAME(doubt)(void)
     sheet_test_doubt();
     bead_test_doubt();
     centipede_test_doubt();
+    test_middle();
 }
