@@ -67,8 +67,8 @@ compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
 # shellcheck disable=SC2046
 $dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
 grep -v curve $dir/tables
-# What has to hold, though trainings end by a clock: shares near the data, least shares far from them and of roll-outs; a region that
-# was left out has three times the deviation of others at least, and no less than its errors ask for; false alarms.
+# What has to hold, though trainings end by a clock: shares near the data, least shares far from them and of roll-outs; a region
+# that was left out has three times the deviation of others at least, and no less than its errors ask for; false alarms.
 awk '
     function check(what, holds) { if (holds) passed++; else { failed++; print "failed:", what } }
     / %/ {

@@ -4,8 +4,8 @@
 #define T__(x) MIDDLE(x)
 #define T_(x) T__(test_##x)
 
-/* A state of the motion, with positions within -1 .. 1. inner > 0: positions in all directions, `inner` to 1 from the middle; 0: on a
-   closed curve, at the angle i. */
+/* A state of the motion, with positions within -1 .. 1. inner > 0: positions in all directions, `inner` to 1 from the middle; 0: on
+   a closed curve, at the angle i / 100. */
 static void T_(motion)(double inner, int i, uint64_t *seed, roln_real *q, roln_real *qd)
 {
     enum { n = MIDDLE(n) };
