@@ -8,10 +8,10 @@ s/\b([A-Za-z]\w*)_filterwork\b/\1_filter_tick_work/g
 s/\b([A-Za-z]\w*)_planwork\b/\1_plan_next_work/g
 s/_(filter|guard)_tick\(/_\1=tick(/g
 s/_(fit|init|grad|chart|newton)_(range|limits|noise|inertia|pod|acc|add|solve|rows|step)\(/_\1=\2(/g
-s/\b([A-Za-z]\w*)_(encode|decode|aim|control|gains|lift)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\3, \&\5.\2)/g
-s/\b([A-Za-z]\w*)_(allocate|tick|step|reduce|terms|inverse|inertia)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\3, \&\5.\2)/g
-s/\b([A-Za-z]\w*)_(encode|decode|aim|control|gains|lift)(\(([^()]|\([^()]*\))*), (work|scratch)\)/\1_\2\3, \&\5->\2)/g
-s/\b([A-Za-z]\w*)_(allocate|tick|step|reduce|terms|inverse|inertia)(\(([^()]|\([^()]*\))*), (work|scratch)\)/\1_\2\3, \&\5->\2)/g
+s/\b([A-Za-z]\w*)_(encode|decode|control|gains|lift|allocate)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\3, \&\5.\2)/g
+s/\b([A-Za-z]\w*)_(aim|tick|step|reduce|terms|inverse|inertia)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\3, \&\5.\2)/g
+s/\b([A-Za-z]\w*)_(encode|decode|control|gains|lift|allocate)(\(([^()]|\([^()]*\))*), (work|scratch)\)/\1_\2\3, \&\5->\2)/g
+s/\b([A-Za-z]\w*)_(aim|tick|step|reduce|terms|inverse|inertia)(\(([^()]|\([^()]*\))*), (work|scratch)\)/\1_\2\3, \&\5->\2)/g
 s/\b([A-Za-z]\w*)_(errors|grad|update|variance|rows|init|store)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\3, \&\5.\2)/g
 s/\b([A-Za-z]\w*)_(errors|grad|update|variance|rows|init|store)(\(([^()]|\([^()]*\))*), (train|work)\)/\1_\2\3, \&\5->\2)/g
 s/\b([A-Za-z]\w*)_(fit=(range|limits|noise|inertia)|grad=acc)(\(([^()]|\([^()]*\))*), &(\w[A-Za-z0-9_.>-]*)\)/\1_\2\4, \&\6.\2)/g
