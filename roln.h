@@ -2076,12 +2076,13 @@ ROLN_FN double rolni_floor_part(int i)
     return part[i];
 }
 
-/* log v of a double that may be too large for roln_real. */
+/* log v of a double that may be too large for roln_real, or infinite. */
 ROLN_FN double rolni_growth_log(double v)
 {
     double log = 0;
-    for (; v > 1e30; v *= 1e-30)
-        log += 69.07755278982137; /* log 1e30 */
+    int i;
+    for (i = 0; i < 10 && v > 1e30; i++)
+        v *= 1e-30, log += 69.07755278982137; /* log 1e30 */
     return log + ROLNI_AS(double, roln_log(ROLNI_AS(roln_real, v)));
 }
 

@@ -443,6 +443,9 @@ static void T_(failures)(void)
     CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
     e.L[0] = (roln_real)(sizeof(roln_real) > 4 ? 1e-200 : 1e-30); /* a novelty that is too large for a number */
     CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
+    e = kept, e.L[0] *= (roln_real)(sizeof(roln_real) > 4 ? 1e-60 : 1e-15); /* .. whose growth is too large for a double */
+    CHECK_OK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt));
+    CHECK(roln_all_finite(2 * n, e.always) && roln_all_finite(2 * n, e.grows));
     e = kept, e.L[0] = nan;
     CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
     CHECK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt) == ROLN_E_NOT_FINITE);

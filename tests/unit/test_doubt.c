@@ -354,6 +354,8 @@ static void test_huge_novelty(void)
     }
     CHECK(rolni_growth_solve(5, 1, logs, squares, always, grows) == 8);
     CHECK_NEAR(grows[0], 1e-7L, 1e-9L);
+    CHECK(rolni_growth_log(HUGE_VAL) > 1e30);
+    CHECK_NEAR(rolni_growth_log(1e300), 690.77552789821L, 1e-4L);
 }
 
 /* Evidence of any bits: deviations are numbers or there is a status, and the last ones stay. */
