@@ -20,6 +20,7 @@ FAST = -O3 -march=native -fno-math-errno
 WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Wstrict-prototypes \
        -Wmissing-prototypes -Werror
 # What a file includes, as a rule beside what is made of it; read at the end.
+# the prerequisites of the last source of a command
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
@@ -216,7 +217,7 @@ build/interrupts: KIND = gcc $(STD) -Itests $(WARN) -O2
 build/threads build/interrupts: build/%: tests/safety/%.c
 build/threads build/interrupts: tests/unit/check.c
 	@mkdir -p $(@D)
-	$(KIND) $(DEPENDS) $(filter %.c,$^) -o $@ -lpthread -lm
+	$(KIND) $(DEPENDS) tests/unit/check.c $< -o $@ -lpthread -lm
 
 # Targets of libFuzzer: build/fuzz/KIND/fuzz_TARGET. Kinds: address and undefined, of the scalar kernels that firmware has, vectors
 # being in the unit tests; memory; none and at full speed; float or double
@@ -469,9 +470,9 @@ upsets:
 # an hour of adapt.c: payloads, bad data and power cuts; a minute
 hour: build/hour
 	./build/hour
-build/hour: tests/firmware/hour.c
+build/hour: tests/firmware/hour.c examples/firmware/host.c
 	@mkdir -p $(@D)
-	$(CC) $(STD) -Iexamples/firmware $(FAST) $(WARN) $(DEPENDS) $< examples/firmware/host.c -o $@ -lm
+	$(CC) $(STD) -Iexamples/firmware $(FAST) $(WARN) $(DEPENDS) examples/firmware/host.c $< -o $@ -lm
 
 # processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; other machines; 1,000 plans
 PIL = m4 m7 rv32
