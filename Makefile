@@ -19,8 +19,7 @@ STD = -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -I. -Iexamples
 FAST = -O3 -march=native -fno-math-errno
 WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Wstrict-prototypes \
        -Wmissing-prototypes -Werror
-# What a file includes, as a rule beside what is made of it; read at the end.
-# the prerequisites of the last source of a command
+# What a file includes, as a rule beside what is made of it; read at the end. Of several sources in a command: the last one.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
