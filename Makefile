@@ -213,8 +213,7 @@ build/test $(patsubst %,build/test_%,double address asan msan asan_both msan_bot
 # threads under their sanitizer; interrupts
 build/threads: KIND = clang $(STD) -Itests $(WARN) -O1 -g -fsanitize=thread
 build/interrupts: KIND = gcc $(STD) -Itests $(WARN) -O2
-build/threads build/interrupts: build/%: tests/safety/%.c
-build/threads build/interrupts: tests/unit/check.c
+build/threads build/interrupts: build/%: tests/safety/%.c tests/unit/check.c
 	@mkdir -p $(@D)
 	$(KIND) $(DEPENDS) tests/unit/check.c $< -o $@ -lpthread -lm
 
