@@ -135,7 +135,6 @@ static int products(int count, const ld *x, int degree, ld so_far, int any, ld *
    two coordinates also that of motion in all directions, which stays six tenths of the way away from it. */
 static void test_middle(void)
 {
-    CHECK_BELOW(4, plain_test_middle(0));
     CHECK_BELOW(4, dog_test_middle(0));
     CHECK_BELOW(4, octopus_test_middle(0));
     CHECK_BELOW(4, plain_test_middle(0.6));
