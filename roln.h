@@ -607,8 +607,9 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 /* f of the limit of the mean residual of a window, at least `low`. With limits->false_alarms = a the limit is
        residual e^(f / 8),   f += 1 - a after a window that is beyond it, f -= a after one that is not,   -1 <= f <= 16
    (adaptive conformal inference; Gibbs and Candes 2021). After W windows the alarms are at most a W + 17, whatever the residuals
-   were, as long as f is below 16. A machine that rests or moves slowly for a long time has small residuals; the limit does not
-   follow these down, and one alarm brings it back to `residual`. f = raised - a since, so that small a are not lost in rounding. */
+   were, as long as f is below 16; with float rounding adds one in a million. A machine that rests or moves slowly for a long time
+   has small residuals; the limit does not follow these down, and one alarm brings it back to `residual`. f = raised - a since, so
+   that small a are not lost in rounding. */
 ROLN_FN roln_real rolni_raised(const roln_limits *limits, const roln_guard *g, roln_real low)
 {
     const roln_real f = g->raised - limits->false_alarms * ROLNI_AS(roln_real, g->since);
@@ -638,12 +639,12 @@ ROLN_FN roln_real rolni_window(const roln_limits *limits)
    false alarms, if they are independent and a <= 1 / 16, at most one in 16^k is followed by k more in a row. */
 ROLN_FN int rolni_alarm(const roln_limits *limits, roln_real r, roln_guard *g)
 {
-    const roln_real window = rolni_window(limits), a = limits->false_alarms;
-    const int last = g->ticks < 0 || ROLNI_AS(roln_real, g->ticks) >= window - 1;
+    const roln_real a = limits->false_alarms, ticks = ROLNI_AS(roln_real, ROLN_MAX(g->ticks, 0)) + 1;
+    const int last = g->ticks < 0 || ticks >= rolni_window(limits);
     int alarm;
     g->sum += r, g->ticks = last ? 0 : g->ticks + 1;
     if (!last) return 0;
-    r = g->sum / window;
+    r = g->sum / ticks; /* more than residual_window, if that has become smaller */
     g->sum = 0, g->residual = roln_finite(r) ? r : 0;
     alarm = !(roln_finite(r) && ROLN_ABS(r) <= rolni_residual_limit(limits, g));
     g->since += g->since < UINT32_MAX;
@@ -2064,6 +2065,33 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
     e->qd_var += ROLNI_AS(double, v * v);
 }
 
+/* An error of variance 1 whose correlation falls with time: ends, that of its values at both ends of a step; mean, that of either
+   value with the mean over the step; means, the variance of this mean. */
+typedef struct { roln_real ends, mean, means; } rolni_alikeness;
+
+/* Correlations exp(-t / lasts) over a step of u times this time:
+       ends = exp(-u),   mean = (1 - ends) / u,   means = 2 (1 - mean) / u,
+   for u < 1 from the series of means, as the differences would cancel. */
+ROLN_FN rolni_alikeness rolni_alike(roln_real u)
+{
+    rolni_alikeness x;
+    int k;
+    if (u < 1) {
+        x.means = 1;
+        for (k = 18; k > 2; k--)
+            x.means = 1 - u / ROLNI_AS(roln_real, k) * x.means;
+        x.mean = 1 - u / 2 * x.means;
+        x.ends = 1 - u * x.mean;
+    } else {
+        x.ends = roln_exp(-u);
+        x.mean = (1 - x.ends) / u;
+        x.means = 2 * (1 - x.mean) / u;
+    }
+    return x;
+}
+
+enum { ROLNI_TIMES = 10 }; /* times over which errors may last, which NAME_fit_outlook tries */
+
 /* Errors whose variance grows with novelty: always^2 + grows^2 novelty^(halves / 2). Tried are ROLNI_GROWTHS growths, halves = 2
    and on, and ROLNI_FLOORS parts that always^2 has of the sum; sums over samples of log v and of error^2 / v, v the variance but
    for its scale. */
@@ -2076,13 +2104,15 @@ ROLN_FN double rolni_floor_part(int i)
     return part[i];
 }
 
-/* log v of a double that may be too large for roln_real, or infinite. */
+/* log v of a double that may be too large or too small for roln_real, or infinite, or 0. */
 ROLN_FN double rolni_growth_log(double v)
 {
     double log = 0;
     int i;
     for (i = 0; i < 10 && v > 1e30; i++)
         v *= 1e-30, log += 69.07755278982137; /* log 1e30 */
+    for (; i < 10 && v < 1e-30; i++)
+        v *= 1e30, log -= 69.07755278982137;
     return log + ROLNI_AS(double, roln_log(ROLNI_AS(roln_real, v)));
 }
 
@@ -2102,16 +2132,16 @@ ROLN_FN void rolni_growth_add(int numbers, roln_real novelty, const roln_real *e
 }
 
 /* Of a growth the part of one number under which its errors in count samples are likeliest; adds minus twice the mean log
-   likelihood, but for a constant of that number, to *cost. A number without errors says nothing. */
+   likelihood, but for a constant of that number, to *cost. A number without errors says nothing, nor does a growth beyond the
+   largest double. */
 ROLN_FN int rolni_growth_part(int count, int g, rolni_growths logs, rolni_growths squares, double *cost)
 {
-    double least = 0;
+    double least = 1e300;
     int r, best = 0;
     if (!(squares[0][0] > 0)) return 0;
     for (r = 0; r < ROLNI_FLOORS; r++) {
-        const roln_real scale = ROLNI_AS(roln_real, squares[g][r] / squares[0][0]);
-        const double here = ROLNI_AS(double, roln_log(scale)) + logs[g][r] / count;
-        if (r == 0 || here < least) least = here, best = r;
+        const double here = rolni_growth_log(squares[g][r] / squares[0][0]) + logs[g][r] / count;
+        if (here < least && here > -1e300) least = here, best = r;
     }
     *cost += least;
     return best;
@@ -5584,13 +5614,14 @@ typedef struct {
     } u;
 } ROLN_(doubt_ahead_work);
 
-/* A step of the covariances of NAME_doubt_ahead: with G = [dt^2 / 2; dt] diag(zdd of d),
-       P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = decay (A C + G).
+/* A step of the covariances of NAME_doubt_ahead: with G = [dt^2 / 2; dt] diag(zdd of d) and a, r, m of rolni_alike
+       P+ = A P A^T + a (A C G^T + G C^T A^T) + m G G^T,   C+ = r A C + a G.
    A [2n][2n]; from in, to out; g [2n], moved [2n][2n]: scratch. */
-ROLN_FN void ROLNI_(spread)(const roln_real *A, const ROLN_(doubts) *d, roln_real dt, roln_real decay, const ROLN_(outlook) *from,
+ROLN_FN void ROLNI_(spread)(const roln_real *A, const ROLN_(doubts) *d, roln_real dt, roln_real lasts, const ROLN_(outlook) *from,
                             ROLN_(outlook) *to, roln_real *g, roln_real *moved)
 {
     const int n = ROLN_(n), n2 = 2 * n;
+    const rolni_alikeness x = rolni_alike(dt / lasts);
     roln_real *const P = to->P, *const C = to->C;
     int i, j;
     for (i = 0; i < n; i++)
@@ -5600,36 +5631,18 @@ ROLN_FN void ROLNI_(spread)(const roln_real *A, const ROLN_(doubts) *d, roln_rea
     roln_mm(n2, n2, n, A, from->C, C);
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
-            P[i * n2 + j] += C[i * n + j % n] * g[j] + g[i] * C[j * n + i % n] + (i % n == j % n ? g[i] * g[j] : 0);
-    for (i = 0; i < n2; i++)
-        C[i * n + i % n] += g[i];
+            P[i * n2 + j] += x.mean * (C[i * n + j % n] * g[j] + g[i] * C[j * n + i % n]) +
+                             (i % n == j % n ? x.means * g[i] * g[j] : 0);
     for (i = 0; i < n2 * n; i++)
-        C[i] *= decay;
-}
-
-/* NAME_doubt_ahead with errors that last so long. */
-ROLN_FN roln_status ROLNI_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evidence) *e, roln_real lasts, ROLN_(latent) *s,
-                                        const roln_real *tau, roln_real dt, ROLN_(outlook) *o, ROLN_(doubt_ahead_work) *w)
-{
-    const int n2 = 2 * ROLN_(n);
-    roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
-    int i;
-    if (!(dt >= 0) || !(lasts > 0)) return ROLN_E_RANGE;
-    w->s = *s;
-    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
-    if (st != ROLN_OK) return st;
-    ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, roln_exp(-dt / lasts), o, &w->o, w->g, w->moved);
-    if (!roln_all_finite(n2 * n2, w->o.P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
+        C[i] *= x.ends;
     for (i = 0; i < n2; i++)
-        if (w->o.P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
-    *o = w->o, *s = w->s;
-    return ROLN_OK;
+        C[i * n + i % n] += x.mean * g[i];
 }
 
 /* NAME_step, and the covariance o->P of the state where it ends, of errors of the acceleration that NAME_doubt expects on the way.
-   They are S x, S = diag(zdd), with numbers x of variance 1 that are correlated over the time e->lasts. With G = [dt^2 / 2; dt] S,
-   r = exp(-dt / lasts) and C = E[(z, zd) x^T] it is, linearised,
-       P+ = A P A^T + A C G^T + G C^T A^T + G G^T,   C+ = r (A C + G).
+   They are S x, S = diag(zdd), with numbers x of variance 1 and correlation exp(-t / e->lasts). With G = [dt^2 / 2; dt] S,
+   u = dt / lasts, r = exp(-u), a = (1 - r) / u, m = 2 (1 - a) / u and C = E[(z, zd) x^T] it is, linearised,
+       P+ = A P A^T + a (A C G^T + G C^T A^T) + m G G^T,   C+ = r A C + a G.
    Deviations of z, zd are the roots of the diagonal of P. s and o are untouched unless ROLN_OK. Status of NAME_doubt, NAME_linear;
    ROLN_E_RANGE also if dt < 0, or e->lasts is 0, as it is until NAME_fit_outlook sets it;
    ROLN_E_NOT_SPD: a variance has become negative by rounding, in a roll-out that has gone astray. Cost: NAME_linear, NAME_doubt and
@@ -5638,7 +5651,19 @@ ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evide
                                        const roln_real tau[ROLN_(force_size)], roln_real dt, ROLN_(outlook) *o,
                                        ROLN_(doubt_ahead_work) *w)
 {
-    return ROLNI_(doubt_ahead)(p, e, e->lasts, s, tau, dt, o, w);
+    const int n2 = 2 * ROLN_(n);
+    roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
+    int i;
+    if (!(dt >= 0) || !(e->lasts > 0)) return ROLN_E_RANGE;
+    w->s = *s;
+    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
+    if (st != ROLN_OK) return st;
+    ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, e->lasts, o, &w->o, w->g, w->moved);
+    if (!roln_all_finite(n2 * n2, w->o.P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
+    for (i = 0; i < n2; i++)
+        if (w->o.P[i * n2 + i] < 0) return ROLN_E_NOT_SPD;
+    *o = w->o, *s = w->s;
+    return ROLN_OK;
 }
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
@@ -5785,7 +5810,7 @@ ROLN_FN int ROLNI_(goal_beyond)(const roln_term *f, int k, int i, int high, roln
     roln_real to, middle;
     if (!limit || !roln_finite(limit[i])) return 0;
     to = limit[i] + (high ? -inside : inside);
-    middle = other && roln_finite(other[i]) ? (limit[i] + other[i]) / 2 : limit[i];
+    middle = other && roln_finite(other[i]) ? limit[i] / 2 + other[i] / 2 : limit[i];
     *e = y - to - (ROLNI_(goal_near)(f, i, y, middle) - middle);
     return high ? *e + ahead > 0 : *e + ahead < 0;
 }
@@ -5878,14 +5903,12 @@ ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_wor
     return ROLN_MIN(top, w->top[j]);
 }
 
-/* u of motor j within limits in step k, after last; NaN of NaN. */
+/* u of motor j within limits in step k, after last; NaN of NaN. Where a reserve grows faster than rates can follow, rates hold. */
 ROLN_FN roln_real ROLNI_(plan_clip)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j, roln_real last, roln_real u)
 {
-    const int rated = rolni_rated(g->limits);
-    const roln_real top = ROLNI_(plan_top)(g, w, k, j);
+    const roln_real top = ROLNI_(plan_top)(g, w, k, j), in = u < -top ? -top : u > top ? top : u;
     const roln_real down = last - w->rate[j], up = last + w->rate[j]; /* stored: compared as rounded */
-    const roln_real low = rated ? ROLN_MAX(-top, down) : -top, high = rated ? ROLN_MIN(top, up) : top;
-    return u < low ? low : u > high ? high : u;
+    return !rolni_rated(g->limits) ? in : in < down ? down : in > up ? up : in;
 }
 
 /* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */
@@ -6083,20 +6106,21 @@ ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, const ROLN_(plan) *pl
 ROLN_FN roln_status ROLNI_(plan_within)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *gap,
                                         ROLN_(plan_next_work) *w)
 {
-    const int n2 = 2 * ROLN_(n), count = ROLN_(steps) * n2 * n2;
+    const int n2 = 2 * ROLN_(n), steps = ROLN_(steps);
     roln_status st = ROLNI_(plan_solve)(g, plan, gap, w);
     int limits = 0, again, k;
     for (k = 0; k < g->terms; k++)
         limits |= g->term[k].low || g->term[k].high;
     for (again = 0; limits && again < ROLNI_PLAN_AGAIN && st == ROLN_OK; again++) {
-        const roln_bits told = rolni_mark(count, w->Q, 0); /* a limit that begins or ends to cost changes Q */
+        /* a limit that begins or ends to cost changes q, and Q, unless the other one does the opposite */
+        const roln_bits told = rolni_mark(steps * n2, w->q, rolni_mark(steps * n2 * n2, w->Q, 0));
         roln_real cost = 0;
-        for (k = 0; k < ROLN_(steps) && st == ROLN_OK; k++) {
+        for (k = 0; k < steps && st == ROLN_OK; k++) {
             const int to = (k + 1) * n2;
             rolni_copy(n2, w->x + to, w->now.goal.ahead);
             st = ROLNI_(goal_at)(p, g, k, w->s0 + to, &cost, w->Q + k * n2 * n2, w->q + k * n2, &w->now.goal);
         }
-        if (st != ROLN_OK || rolni_mark(count, w->Q, 0) == told) return st;
+        if (st != ROLN_OK || rolni_mark(steps * n2, w->q, rolni_mark(steps * n2 * n2, w->Q, 0)) == told) return st;
         st = ROLNI_(plan_solve)(g, plan, gap, w);
     }
     return st;
@@ -6270,9 +6294,9 @@ typedef struct {
     } u;
 } ROLN_(plan_tighten_work);
 
-/* The covariances o of the state behind step k under the plan's feedback, w->A becoming A - B K, with errors w->d.zdd that keep the
-   part `decay` of their correlation over the step. */
-ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, roln_real decay, ROLN_(plan_tighten_work) *w)
+/* The covariances o of the state behind step k under the plan's feedback, w->A becoming A - B K, with errors w->d.zdd that last so
+   long. */
+ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, roln_real lasts, ROLN_(plan_tighten_work) *w)
 {
     const int n2 = 2 * ROLN_(n), motors = ROLN_(motors);
     int i, j, l;
@@ -6280,7 +6304,7 @@ ROLN_FN void ROLNI_(tighten_step)(const ROLN_(plan) *plan, int k, roln_real dt, 
         for (j = 0; j < n2; j++)
             for (l = 0; l < motors; l++)
                 w->A[i * n2 + j] -= w->B[i * motors + l] * plan->K[(k * motors + l) * n2 + j];
-    ROLNI_(spread)(w->A, &w->d, dt, decay, &w->o, &w->next, w->row, w->moved);
+    ROLNI_(spread)(w->A, &w->d, dt, lasts, &w->o, &w->next, w->row, w->moved);
     w->o = w->next;
 }
 
@@ -6298,8 +6322,9 @@ ROLN_FN roln_real ROLNI_(tighten_of)(const roln_real *row, ROLN_(plan_tighten_wo
    those of the outputs of `term` behind the step, to [steps][count], for its tighten; or, with term NULL, those of the torques
    that feedback adds where the step begins, to [steps][motors], for reserve of the goal: 0 in the first step. The errors of the
    acceleration are those of NAME_doubt along the plan, correlated in time as in NAME_doubt_ahead. The plan's feedback K takes a
-   part of them back. With M = A - B K
-       P+ = M P M^T + M C G^T + G C^T M^T + G G^T,   C+ = r (M C + G),   to = sigmas (c P+ c^T)^(1/2), sigmas (K P K^T)^(1/2),
+   part of them back. With M = A - B K and a, m, r of NAME_doubt_ahead
+       P+ = M P M^T + a (M C G^T + G C^T M^T) + m G G^T,   C+ = r M C + a G,
+       to = sigmas (c P+ c^T)^(1/2) or sigmas (K P K^T)^(1/2),
    where c are the derivatives of an output by (z, zd), of qd by zd alone. A torque at its limit is no feedback, so pass a plan that
    reaches few limits. If many plans use the numbers, take the largest of several calls. A reserve may be as large as the limit of
    torque, which NAME_plan_next refuses. to holds no result unless ROLN_OK. ROLN_E_LENGTH: there is no plan, motors, or the term;
@@ -6329,7 +6354,7 @@ ROLN_FN roln_status ROLN_(plan_tighten)(const ROLN_(params) *p, const ROLN_(evid
         rolni_copy(n2, ROLNI_(numbers)(plan->s + k), w->s), by.u = plan->u + k * motors;
         if (st == ROLN_OK) st = ROLNI_(linear_motors)(p, &by, w->s, w->A, w->B, &w->u.linear);
         if (st != ROLN_OK) return st;
-        ROLNI_(tighten_step)(plan, k, goal->dt, roln_exp(-goal->dt / e->lasts), w);
+        ROLNI_(tighten_step)(plan, k, goal->dt, e->lasts, w);
         if (joints) st = ROLNI_(pose)(p, ROLNI_(numbers)(plan->s + k + 1), w->u.goal.gx, w->u.goal.J, &w->u.goal.u.pose);
         if (st != ROLN_OK) return st;
         for (i = 0; term && i < count; i++) {
@@ -6589,7 +6614,8 @@ ROLN_FN void ROLNI_(fit_tail)(const ROLN_(params) *p, const roln_batch *b, const
             above += w->parts[part];
         wide /= ROLNI_TAIL, low += ROLNI_AS(roln_real, part) * wide;
     }
-    *residual = low + wide;
+    low = (low + wide) * (1 + 4 * ROLN_EPS);
+    *residual = ROLN_MIN(*residual, low);
 }
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
@@ -6639,7 +6665,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
         }
     rank = rolni_tail_rank(l->false_alarms, windows);
     if (l->false_alarms > 0 && rank == 0) return ROLN_E_LENGTH;
-    if (rank > 0) ROLNI_(fit_tail)(p, b, &open, rank, &most.residual, w);
+    if (rank > 0) ROLNI_(fit_tail)(p, b, &open, ROLN_MIN(rank, windows), &most.residual, w);
     else most.residual *= slack;
     if (!(most.residual > 0)) most.false_alarms = 0;
     most.margin = ROLN_MAX(slack * most.margin, most.margin + 4 * ROLN_EPS * (1 + most.margin)); /* the guard rounds otherwise */
@@ -7051,20 +7077,14 @@ typedef struct {
     } u;
 } ROLN_(fit_doubt_work);
 
-/* Latent states s, end of both ends of window k of b. x: scratch. */
-ROLN_FN roln_status ROLNI_(encode_ends)(const ROLN_(params) *p, const roln_batch *b, int k, ROLN_(state) *x, ROLN_(latent) *s,
-                                        ROLN_(latent) *end, ROLN_(encode_work) *w)
+/* The latent state s of sample h of window k of b. x: scratch. */
+ROLN_FN roln_status ROLNI_(encode_at)(const ROLN_(params) *p, const roln_batch *b, int k, int h, ROLN_(state) *x, ROLN_(latent) *s,
+                                      ROLN_(encode_work) *w)
 {
-    const size_t N = ROLN_(N);
-    roln_status st = ROLN_OK;
-    int i;
-    for (i = 0; i < 2 && st == ROLN_OK; i++) {
-        const size_t at = rolni_sample(b, k, i * b->steps) * N;
-        rolni_copy(ROLN_(N), b->q + at, x->q);
-        rolni_copy(ROLN_(N), b->qd + at, x->qd);
-        st = ROLN_(encode)(p, x, i == 0 ? s : end, w);
-    }
-    return st;
+    const size_t at = rolni_sample(b, k, h) * ROLN_(N);
+    rolni_copy(ROLN_(N), b->q + at, x->q);
+    rolni_copy(ROLN_(N), b->qd + at, x->qd);
+    return ROLN_(encode)(p, x, s, w);
 }
 
 /* Writes the mean error of the model over window k of b to w->error: of zdd, and of the force M zdd. *novelty: that of its
@@ -7074,8 +7094,9 @@ ROLN_FN roln_status ROLNI_(missed)(const ROLN_(params) *p, const roln_batch *b, 
 {
     const int n = ROLN_(n);
     const roln_real span = dt * ROLNI_AS(roln_real, b->steps);
-    roln_status st = ROLNI_(encode_ends)(p, b, k, &w->x, &w->s, &w->end, &w->u.encode);
+    roln_status st = ROLNI_(encode_at)(p, b, k, 0, &w->x, &w->s, &w->u.encode);
     int h, i;
+    if (st == ROLN_OK) st = ROLNI_(encode_at)(p, b, k, b->steps, &w->x, &w->end, &w->u.encode);
     if (st != ROLN_OK) return st;
     *novelty = ROLNI_(novelty)(p, L, w->s.z, w->s.zd, w->t);
     st = ROLN_(dynamics)(p, &w->s, &w->equation, &w->u.dynamics);
@@ -7120,63 +7141,89 @@ ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b
     return ROLN_OK;
 }
 
-/* scratch of NAME_fit_outlook */
+/* scratch of NAME_fit_outlook: minus twice the log likelihood under each time, and covariances of a roll-out */
 typedef struct {
-    ROLN_(outlook) o;
+    double cost[ROLNI_TIMES];
+    ROLN_(outlook) o[ROLNI_TIMES], next;
     ROLN_(state) x;
-    ROLN_(latent) s, end;
-    roln_real tau[ROLN_(force_size)];
+    ROLN_(latent) s, seen;
+    ROLN_(doubts) d;
+    roln_real tau[ROLN_(force_size)], moved[4 * ROLN_(n) * ROLN_(n)], g[2 * ROLN_(n)];
     union {
         ROLN_(encode_work) encode;
-        ROLN_(doubt_ahead_work) ahead;
+        ROLN_(doubt_work) doubt;
+        struct {
+            ROLN_(jacobian) j;
+            ROLN_(linear_work) work;
+        } linear;
     } u;
 } ROLN_(fit_outlook_work);
 
-/* Minus twice the log likelihood of the z where the windows of b end, under errors that last so long, each by itself, to
-   *cost. */
-ROLN_FN roln_status ROLNI_(outlook_cost)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, const ROLN_(evidence) *e,
-                                         roln_real lasts, double *cost, ROLN_(fit_outlook_work) *w)
+/* Step h of a roll-out of window k of b from w->s, and its covariances w->o under errors that last `lasts`, lasts / 2, .. */
+ROLN_FN roln_status ROLNI_(outlook_step)(const ROLN_(params) *p, const ROLN_(evidence) *e, const roln_batch *b, int k, int h,
+                                         roln_real dt, roln_real lasts, ROLN_(fit_outlook_work) *w)
 {
-    int k, h, i;
-    *cost = 0;
-    for (k = 0; k < b->count; k++) {
-        roln_status st = ROLNI_(encode_ends)(p, b, k, &w->x, &w->s, &w->end, &w->u.encode);
-        memset(&w->o, 0, sizeof w->o);
-        for (h = 0; h < b->steps && st == ROLN_OK; h++) {
-            if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
-            st = ROLNI_(doubt_ahead)(p, e, lasts, &w->s, b->tau ? w->tau : NULL, dt, &w->o, &w->u.ahead);
-        }
-        if (st != ROLN_OK) return st;
-        for (i = 0; i < ROLN_(n); i++) {
-            const roln_real off = w->end.z[i] - roln_lnn_near(&ROLN_(model).lnn, i, w->end.z[i], w->s.z[i]);
-            const roln_real variance = w->o.P[i * (2 * ROLN_(n) + 1)];
-            *cost += ROLNI_AS(double, off) * ROLNI_AS(double, off) / ROLNI_AS(double, variance);
-            *cost += ROLNI_AS(double, roln_log(variance));
+    roln_status st = ROLN_(doubt)(p, e, &w->s, &w->d, &w->u.doubt);
+    int t;
+    if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
+    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, b->tau ? w->tau : NULL, dt, &w->u.linear.j, &w->u.linear.work);
+    for (t = 0; t < ROLNI_TIMES && st == ROLN_OK; t++, lasts /= 2) {
+        ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, lasts, w->o + t, &w->next, w->g, w->moved);
+        w->o[t] = w->next;
+    }
+    return st;
+}
+
+/* Adds what sample h of window k of b, where w->s should be, costs under each time. */
+ROLN_FN roln_status ROLNI_(outlook_look)(const ROLN_(params) *p, const roln_batch *b, int k, int h, ROLN_(fit_outlook_work) *w)
+{
+    const roln_status st = ROLNI_(encode_at)(p, b, k, h, &w->x, &w->seen, &w->u.encode);
+    int t, i;
+    for (i = 0; i < ROLN_(n) && st == ROLN_OK; i++) {
+        const roln_real off = w->seen.z[i] - roln_lnn_near(&ROLN_(model).lnn, i, w->seen.z[i], w->s.z[i]);
+        for (t = 0; t < ROLNI_TIMES; t++) {
+            const roln_real variance = w->o[t].P[i * (2 * ROLN_(n) + 1)];
+            w->cost[t] += ROLNI_AS(double, off) * ROLNI_AS(double, off) / ROLNI_AS(double, variance);
+            w->cost[t] += ROLNI_AS(double, roln_log(variance));
         }
     }
-    return *cost - *cost >= 0 ? ROLN_OK : ROLN_E_NOT_FINITE;
+    return st;
 }
 
 /* e->lasts, the time over which errors of the acceleration are correlated, from recordings that the model was not trained with: of
-   ten times, the length of the windows of b over 1, 2, 4 .. 512, the one under which their ends are likeliest. The deviations are
-   those of NAME_fit_doubt, which comes before. ROLN_E_LENGTH, ROLN_E_RANGE as there; status of NAME_encode, NAME_doubt_ahead;
-   ROLN_E_NOT_FINITE also of deviations that are 0. e is untouched unless ROLN_OK. Cost: ten NAME_linear a step. */
+   ten times, the length of the windows of b over 1, 2, 4 .. 512, the longest under which z, an eighth, a quarter and half of a
+   window after its start and at its end, is at most e^2 times as unlikely as under the likeliest: few windows leave long times, and
+   so large deviations. The four are so alike that they count as one. The deviations are those of NAME_fit_doubt before.
+   ROLN_E_LENGTH, ROLN_E_RANGE as there; status of NAME_encode, NAME_doubt, NAME_linear; ROLN_E_NOT_FINITE also of deviations that
+   are 0. e is untouched unless ROLN_OK. Cost of a step: NAME_linear and 200 n^3 multiply-adds. */
 ROLN_FN roln_status ROLN_(fit_outlook)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, ROLN_(evidence) *e,
                                        ROLN_(fit_outlook_work) *w)
 {
-    double least = 0;
-    roln_real lasts = dt * ROLNI_AS(roln_real, b->steps), best = 0;
-    int k;
+    const roln_real longest = dt * ROLNI_AS(roln_real, b->steps);
+    roln_real part = 1;
+    double least;
+    int k, h;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride < 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(e->count > 0) || !(dt > 0)) return ROLN_E_RANGE;
-    for (k = 0; k < 10; k++, lasts /= 2) {
-        double cost;
-        const roln_status st = ROLNI_(outlook_cost)(p, b, dt, e, lasts, &cost, w);
+    memset(w->cost, 0, sizeof w->cost);
+    for (k = 0; k < b->count; k++) {
+        roln_status st = ROLNI_(encode_at)(p, b, k, 0, &w->x, &w->s, &w->u.encode);
+        memset(w->o, 0, sizeof w->o);
+        for (h = 0; h < b->steps && st == ROLN_OK; ) {
+            st = ROLNI_(outlook_step)(p, e, b, k, h++, dt, longest, w);
+            if (st == ROLN_OK && (h == b->steps || h == b->steps / 2 || h == b->steps / 4 || h == b->steps / 8))
+                st = ROLNI_(outlook_look)(p, b, k, h, w);
+        }
         if (st != ROLN_OK) return st;
-        if (k == 0 || cost < least) least = cost, best = lasts;
     }
-    e->lasts = best;
+    for (k = 0, least = w->cost[0]; k < ROLNI_TIMES; k++) {
+        if (!(w->cost[k] - w->cost[k] >= 0)) return ROLN_E_NOT_FINITE;
+        least = ROLN_MIN(least, w->cost[k]);
+    }
+    for (k = 0; w->cost[k] > least + 4 * 4; k++)
+        part /= 2;
+    e->lasts = longest * part;
     return ROLN_OK;
 }
 

@@ -10,15 +10,16 @@
                          NAME_steady_gains
 
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
-   limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
-   (filter=, smooth=, smoother=) removes the noise that the encoders of a controller have, so it is added to q again: white noise
-   as large as the spectrum shows it. tick= carries all of it to a controller of another tick than the step of the recordings. */
+   limits are SLACK times the largest need of windows that are spread over the held-out recordings; that of novelty also of the
+   recordings that were trained with, by the evidence of others. A filter of the recordings (filter=, smooth=, smoother=) removes
+   the noise that the encoders of a controller have, so it is added to q again: white noise as large as the spectrum shows it. tick=
+   carries all of it to a controller of another tick than the step of the recordings. */
 
 #ifndef FITTED_H
 #define FITTED_H
 
-enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, DOUBTED = 4000, AHEAD = 100,
-       RESIDUAL_TICKS = 8 /* of residual_window */ };
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, LEFT_OUT = 8,
+       DOUBTED = 4000, AHEAD = 200, OUTLOOKS = 200, RESIDUAL_TICKS = 8 /* of residual_window */ };
 
 static struct {
     roln_limits limits;
@@ -78,15 +79,20 @@ static void check_false_alarms(void)
              ceil(1 / rate) - 1, RESIDUAL_TICKS, windows, "a larger false_alarms=, a larger held=, or longer recordings");
 }
 
-/* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs, and for times over which errors last: as many
-   as there is time for, of which `each` is that of one. */
-static int affordable(double each)
+/* As many windows, most / 8 .. most, as there is time for, of which `each` is that of one. */
+static int affordable(double each, int most)
 {
-    return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
+    return (int)fmin(most, fmax(most / 8 + 1, 0.1 * left() / fmax(each, 1e-9)));
 }
 
-/* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of a quarter of
-   a second in steps of 2.5 ms: an error of the integrator is not one of the model. */
+/* Every so many states of the recordings that are trained with, at most KNOWN, are evidence. */
+static int every_known(void)
+{
+    return 1 + d.samples / KNOWN;
+}
+
+/* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of half a second in steps of 2.5 ms: an
+   error of the integrator is not one of the model. */
 static const char *fit_evidence(int *start)
 {
     const int short_steps = (int)fmax(1, 0.025 / d.dt + 0.5), stride = (int)fmax(1, 0.0025 / d.dt + 0.5);
@@ -94,7 +100,7 @@ static const char *fit_evidence(int *start)
     double each = 0;
     roln_status st;
     int k;
-    b.count = windows(&d, 0, train, 0, 1 + d.samples / KNOWN, 0, start);
+    b.count = windows(&d, 0, train, 0, every_known(), 0, start);
     st = M(evidence_add)(&s.p, &b, &found.evidence, &work[0].evidence_add);
     if (st == ROLN_OK) {
         b = held_windows_of(short_steps, 1, start, DOUBTED);
@@ -103,7 +109,7 @@ static const char *fit_evidence(int *start)
     for (k = 0; k < 2 && st == ROLN_OK; k++) { /* the first window tells how long one takes */
         const double from = now();
         roln_status ahead;
-        b = held_windows_of(AHEAD, stride, start, k ? affordable(each) : 1);
+        b = held_windows_of(AHEAD, stride, start, k ? affordable(each, OUTLOOKS) : 1);
         ahead = M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
         found.no_outlook = ahead == ROLN_OK ? NULL : roln_status_text(ahead);
         each = now() - from;
@@ -145,6 +151,34 @@ static void fit_torques(void)
     }
 }
 
+/* The largest novelty of states in recordings that were trained with, by the evidence of those that remain when an eighth of the
+   recordings is left out. A recording is no witness of its own. */
+static roln_real novelty_left_out(int *start)
+{
+    static M(evidence) others;
+    roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
+    roln_real most = 0;
+    int part, k, i;
+    for (part = 0; part < LEFT_OUT && train > 1; part++) {
+        memset(&others, 0, sizeof others);
+        for (k = 0; k < train; k++) {
+            b.count = windows(&d, k, k + 1, 0, LEFT_OUT * every_known(), 0, start);
+            if (k % LEFT_OUT != part) (void)M(evidence_add)(&s.p, &b, &others, &work[0].evidence_add); /* as all at once */
+        }
+        for (k = part; k < train; k += LEFT_OUT)
+            for (i = d.first[k]; i < d.first[k + 1]; i += every_known()) {
+                static M(work) w;
+                M(state) x;
+                M(latent) z;
+                M(doubts) doubts;
+                memcpy(x.q, d.q + i * (int)M(N), sizeof x.q), memcpy(x.qd, d.qd + i * (int)M(N), sizeof x.qd);
+                if (M(encode)(&s.p, &x, &z, &w.encode) != ROLN_OK) continue;
+                if (M(doubt)(&s.p, &others, &z, &doubts, &w.doubt) == ROLN_OK) most = ROLN_MAX(most, doubts.novelty);
+            }
+    }
+    return most;
+}
+
 static const char *fit_limits(int *start)
 {
     roln_real tau[M(force_size)], rate[M(force_size)]; /* of the windows alone */
@@ -157,6 +191,7 @@ static const char *fit_limits(int *start)
     st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
     if (st != ROLN_OK) return roln_status_text(st);
     found.limit_ticks = b.count * (b.steps + 1);
+    if (l->evidence) l->novelty = ROLN_MAX(l->novelty, SLACK * novelty_left_out(start));
     if ((int)M(n) == (int)M(N)) l->q_tolerance = l->qd_tolerance = 0; /* z is all of q */
     l->tau = l->rate = 0, l->tau_each = l->rate_each = NULL;
     if (!b.tau) return NULL;
@@ -200,7 +235,7 @@ static const char *fit_noise(int *start, roln_real *q)
     for (k = 0; k < 2; k++) { /* the first window tells how long one takes */
         const roln_noise begin = {.dt = (roln_real)d.dt, .gate = 6, .lost = 5};
         const double from = now();
-        roln_batch b = held_windows(start, k ? affordable(each) : 1);
+        roln_batch b = held_windows(start, k ? affordable(each, FILTER_TICKS / WINDOW_TICKS) : 1);
         found.noise = begin, b.q = q;
         st = M(fit_noise)(&s.p, &b, &found.noise, found.q, left_of_torques(found.unknown), &work[0].fit_noise);
         found.noise_ticks = b.count * (b.steps + 1), each = now() - from;
@@ -386,7 +421,8 @@ static void put_limits(FILE *f)
                "    0, /* motors: at each joint, or the learned inputs */\n");
     fprintf(f, l->evidence ? "    " STRING(MODEL) "_known.L, /* evidence: the states that were trained with */\n"
                            : "    0, /* evidence: none, novelty is not checked */\n");
-    put_constant(f, l->novelty, l->evidence ? "novelty: %d times the largest of the recordings" : "novelty: not checked", SLACK);
+    put_constant(f, l->novelty,
+                 l->evidence ? "novelty: %d times the largest of recordings that were left out" : "novelty: not checked", SLACK);
     put_constant(f, l->false_alarms, l->false_alarms > 0 ? "false_alarms, part of the windows of good motion: as asked for"
                                                          : "false_alarms: none, residual is a fixed limit");
     fprintf(f, "};\n");

@@ -204,27 +204,35 @@ static void T_(deviations)(void)
     }
 }
 
-/* A step of the covariance P of the larger system (z, zd, x), x+ = r x + noise of variance 1 - r^2, whose x moves z, zd. */
-static void T_(larger)(const roln_real *A, const roln_real *zdd, roln_real dt, ld r, ld *P)
+/* A step of the covariance P of the larger system (z, zd, x): x+ = r x + noise, and the mean of x over the step, a x + noise, moves
+   z, zd. Both noises come from the variance m of this mean, its correlation a with x and x+, and 1. */
+static void T_(larger)(const roln_real *A, const roln_real *zdd, roln_real dt, ld u, ld *P)
 {
     enum { n = DOUBTED(n), n2 = 2 * n, n3 = 3 * n };
-    ld F[n3 * n3], Q[n3 * n3];
+    const ld r = expl(-u), a = -expm1l(-u) / u, m = 2 * (u + expm1l(-u)) / (u * u);
+    ld F[n3 * n3], Q[n3 * n3], G[n2];
     int i, j, l;
     memset(F, 0, sizeof F);
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
             F[i * n3 + j] = (ld)A[i * n2 + j];
     for (i = 0; i < n; i++) {
-        F[i * n3 + n2 + i] = (ld)dt * (ld)dt / 2 * (ld)zdd[i], F[(n + i) * n3 + n2 + i] = (ld)dt * (ld)zdd[i];
+        G[i] = (ld)dt * (ld)dt / 2 * (ld)zdd[i], G[n + i] = (ld)dt * (ld)zdd[i];
         F[(n2 + i) * (n3 + 1)] = r;
     }
+    for (i = 0; i < n2; i++)
+        F[i * n3 + n2 + i % n] = a * G[i];
     for (i = 0; i < n3; i++)
         for (j = 0; j < n3; j++)
             for (Q[i * n3 + j] = 0, l = 0; l < n3; l++)
                 Q[i * n3 + j] += F[i * n3 + l] * P[l * n3 + j];
     for (i = 0; i < n3; i++)
         for (j = 0; j < n3; j++) {
-            P[i * n3 + j] = i == j && i >= n2 ? 1 - r * r : 0;
+            const ld gi = i < n2 ? G[i] : 0, gj = j < n2 ? G[j] : 0;
+            P[i * n3 + j] = i % n != j % n ? 0
+                            : i < n2 && j < n2 ? (m - a * a) * gi * gj
+                            : i < n2 || j < n2 ? (a - r * a) * (gi + gj)
+                                               : 1 - r * r;
             for (l = 0; l < n3; l++)
                 P[i * n3 + j] += Q[i * n3 + l] * F[j * n3 + l];
         }
@@ -258,17 +266,18 @@ static void T_(ahead)(void)
     CHECK_OK(DOUBTED(evidence_add)(&p, &b, &e, &train.evidence_add));
     for (i = 0; i < n2; i++)
         e.always[i] = ROLN_C(0.25), e.grows[i] = (roln_real)(1 + i) / 8;
-    e.halves = 2, e.lasts = 4 * dt;
+    e.halves = 2;
     for (i = 0; i < n; i++)
         P[(n2 + i) * (n3 + 1)] = 1, s.z[i] /= 2, s.zd[i] /= 2;
     for (k = 0; k < STEPS; k++) {
         ld most = 0;
+        e.lasts = k % 2 ? 4 * dt : dt / 4; /* on both sides of a step */
         for (i = 0; i < DOUBTED(force_size); i++)
             tau[i] = roln_normal(&seed) / 4;
         other = s;
         CHECK_OK(DOUBTED(doubt)(&p, &e, &s, &d, &tick.doubt));
         CHECK_OK(DOUBTED(linear)(&p, &other, tau, dt, &step, &linear));
-        T_(larger)(step.A, d.zdd, dt, expl(-0.25L), P);
+        T_(larger)(step.A, d.zdd, dt, (ld)dt / (ld)e.lasts, P);
         CHECK_OK(DOUBTED(doubt_ahead)(&p, &e, &s, tau, dt, &o, &w));
         CHECK(memcmp(&s, &other, sizeof s) == 0);
         for (i = 0; i < n2 * n2; i++)

@@ -236,9 +236,43 @@ static void R_(reserved)(int rated)
     CHECK(reached > 0);
 }
 
-/* What limits are tightened by: the root of c P c^T, P the sum over pairs of errors i, j of r^|i - j| F_i G_i G_j^T F_j^T, F_i what
-   the closed loop makes of an error of step i. */
-static void R_(sum)(int k, ld keeps, ld M[][4 * R__(n) * R__(n)], ld G[][2 * R__(n) * R__(n)], ld *P)
+/* Reserves that come and go faster than rates: torques and their changes are within the limits of the motors all the same. */
+static void R_(rates)(void)
+{
+    enum { m = R__(motors), H = R__(steps) };
+    static R__(params) p;
+    static R_(task) x;
+    static R__(plan) plan;
+    static R__(plan_next_work) w;
+    R__(latent) s = {{0}, {0}};
+    uint64_t seed = 45;
+    int call, i, ok = 0, moved = 0;
+    R__(start_model)(&p);
+    R_(place)(ROLN_OF_Z, &seed, &x);
+    for (i = 0; i < R__(n); i++)
+        p.z_min[i] = -40, p.z_max[i] = 40, p.zd_max[i] = 200;
+    x.goal.terms = 1, x.goal.reserve = x.reserve, memset(&plan, 0, sizeof plan);
+    x.limits.tau = 2, x.limits.rate = 8;
+    for (call = 0; call < 400; call++) {
+        const roln_real step = x.limits.rate * x.goal.dt;
+        for (i = 0; i < H * m && call % 10 == 0; i++)
+            x.reserve[i] = roln_uniform(&seed) < ROLN_C(0.5) ? 0 : ROLN_C(1.9) * roln_uniform(&seed);
+        for (i = 0; i < R__(n); i++)
+            x.ref[i] = (call / 10 + i) % 2 ? -2 : 2, s.zd[i] += ROLN_C(0.05) * roln_normal(&seed);
+        if (R__(plan_next)(&p, &x.goal, &s, &plan, &w) != ROLN_OK) continue;
+        for (ok++, i = 0; i < H * m; i++) {
+            CHECK_BELOW(ROLN_ABS(plan.u[i]), x.limits.tau * (1 + 4 * ROLN_EPS));
+            if (i >= m) CHECK_BELOW(ROLN_ABS(plan.u[i] - plan.u[i - m]), step * (1 + 8 * ROLN_EPS));
+            moved += i >= m && ROLN_ABS(plan.u[i] - plan.u[i - m]) > ROLN_C(0.9) * step;
+        }
+        s = plan.s[1];
+    }
+    CHECK(ok > 100 && moved > 100);
+}
+
+/* What limits are tightened by: the root of c P c^T, P the sum over pairs of errors i, j of their correlation F_i G_i G_j^T F_j^T, F_i
+   what the closed loop makes of an error of step i. Errors are means over steps of u times the time that they last. */
+static void R_(sum)(int k, ld u, ld M[][4 * R__(n) * R__(n)], ld G[][2 * R__(n) * R__(n)], ld *P)
 {
     enum { n = R__(n), n2 = 2 * n };
     static ld F[R__(steps)][n2 * n];
@@ -260,7 +294,9 @@ static void R_(sum)(int k, ld keeps, ld M[][4 * R__(n) * R__(n)], ld G[][2 * R__
             for (a = 0; a < n2; a++)
                 for (b = 0; b < n2; b++)
                     for (c = 0; c < n; c++)
-                        P[a * n2 + b] += powl(keeps, abs(i - j)) * F[i][a * n + c] * F[j][b * n + c];
+                        P[a * n2 + b] += F[i][a * n + c] * F[j][b * n + c] *
+                                         (i == j ? 2 * (u + expm1l(-u)) : expm1l(-u) * expm1l(-u) * expl(-u * (abs(i - j) - 1))) /
+                                         (u * u);
 }
 
 /* A plan of x, evidence that knows of one state, and of the plan the closed loops M and the errors G. */
@@ -321,7 +357,7 @@ static void R_(tightened)(int what)
     for (k = 0; k < H; k++) {
         const int joints = what < 8 && what % 4 < 2, fast = what < 8 && what % 2;
         const int side = joints ? N : n, count = what == 8 ? m : what < 4 ? side : 2;
-        R_(sum)(what < 8 ? k : k - 1, expl(-(ld)x.goal.dt * 4), M, G, P);
+        R_(sum)(what < 8 ? k : k - 1, (ld)x.goal.dt * 4, M, G, P);
         CHECK_OK(R__(i_pose)(&p, plan.s[k + 1].z, pose.gx, pose.J, &pose.u.pose));
         for (i = 0; i < count; i++) {
             ld row[n2] = {0}, sum = 0;
@@ -462,6 +498,7 @@ static void R_(robust)(void)
         R_(tightened)(what);
     R_(keeps)(0), R_(keeps)(1);
     R_(reserved)(0), R_(reserved)(1);
+    R_(rates)();
     R_(inside)();
     R_(refused)();
 }

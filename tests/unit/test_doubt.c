@@ -354,7 +354,33 @@ static void test_huge_novelty(void)
     CHECK(rolni_growth_solve(5, 1, logs, squares, always, grows) == 8);
     CHECK_NEAR(grows[0], 1e-7L, 1e-9L);
     CHECK(rolni_growth_log(HUGE_VAL) > 1e30);
+    CHECK(rolni_growth_log(0) < -1e30);
     CHECK_NEAR(rolni_growth_log(1e300), 690.77552789821L, 1e-4L);
+    CHECK_NEAR(rolni_growth_log(1e-300), -690.77552789821L, 1e-4L);
+}
+
+/* All errors at one novelty, small or huge, powers of which are beyond any float: the law says there what they are. */
+static void test_far_errors(void)
+{
+    static const double at[9] = {1e-3, 1e-2, 0.1, 1, 1e3, 1e9, 1e13, 1e20, 1e30};
+    enum { COUNT = 500 };
+    int which, k;
+    for (which = 0; which < 9; which++) {
+        rolni_growths logs, squares[1];
+        roln_real always[1], grows[1];
+        uint64_t seed = 23;
+        double sum = 0, found;
+        int halves;
+        memset(logs, 0, sizeof logs), memset(squares, 0, sizeof squares);
+        for (k = 0; k < COUNT; k++) {
+            const roln_real error[1] = {roln_normal(&seed) / 4};
+            rolni_growth_add(1, (roln_real)at[which], error, logs, squares);
+            sum += (double)error[0] * (double)error[0] / COUNT;
+        }
+        halves = rolni_growth_solve(COUNT, 1, logs, squares, always, grows);
+        found = pow((double)always[0], 2) + pow((double)grows[0], 2) * pow(at[which], halves / 2.0);
+        CHECK_NEAR(found, sum, 1e-3 * sum);
+    }
 }
 
 /* Evidence of any bits: deviations are numbers or there is a status, and the last ones stay. */
@@ -411,6 +437,7 @@ void TEST_NAME(doubt)(void)
     test_rest();
     test_units_of_laws();
     test_huge_novelty();
+    test_far_errors();
     test_damaged();
     plain_test_doubt();
     cart_test_doubt();

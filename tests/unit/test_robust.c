@@ -83,9 +83,46 @@ static void test_turns(void)
         }
 }
 
+/* A plan that begins beyond one limit and ends beyond the other, whose curvatures are alike: it aims between reference and low, at
+   -2.5; with high in place of low it would be -1.5. */
+static void test_both_sides(void)
+{
+    static cart_params p;
+    static cart_plan plan;
+    static cart_plan_next_work w;
+    const roln_real u[2] = {ROLN_C(1e-6), ROLN_C(1e-6)}, one[2] = {1, 1}, ref[2] = {-4, -4}, low[2] = {-1, -1}, high[2] = {1, 1};
+    const roln_limits limits = {.dt = 1, .tau = ROLN_C(1e6), .margin = 100};
+    const roln_term term[2] = {{.of = ROLN_OF_ZD, .weight = one, .ref = ref},
+                               {.of = ROLN_OF_ZD, .weight = one, .low = low, .high = high}};
+    const roln_goal goal = {.dt = ROLN_C(0.125), .terms = 2, .term = term, .u = u, .limits = &limits};
+    const cart_latent s = {{0}, {4, 4}};
+    cart_start_model(&p);
+    p.z_min[0] = p.z_min[1] = -40, p.z_max[0] = p.z_max[1] = 40, p.zd_max[0] = p.zd_max[1] = 200;
+    memset(&plan, 0, sizeof plan);
+    CHECK_OK(cart_plan_next(&p, &goal, &s, &plan, &w));
+    CHECK_BELOW(plan.s[1].zd[0], -1.75);
+    CHECK_BELOW(plan.s[1].zd[1], -1.75);
+}
+
+/* Limits whose sum is beyond the largest number do not hold less. */
+static void test_large_limits(void)
+{
+    static cart_params p;
+    static cart_i_goal_work w;
+    const roln_real most = (roln_real)(sizeof(roln_real) > 4 ? 1.6e308 : 3e38);
+    const roln_real s[4] = {0, 0, 0, 0}, one[2] = {1, 1}, low[2] = {-1, most / 2}, high[2] = {1, most};
+    const roln_term term = {.of = ROLN_OF_Z, .weight = one, .low = low, .high = high};
+    const roln_goal goal = {.terms = 1, .term = &term};
+    roln_real cost = 0;
+    cart_start_model(&p);
+    CHECK(cart_i_goal_at(&p, &goal, 0, s, &cost, NULL, NULL, &w) != ROLN_OK || cost > 1);
+}
+
 void TEST_NAME(robust)(void)
 {
     cart_test_robust();
     limb_test_robust();
     test_turns();
+    test_both_sides();
+    test_large_limits();
 }
