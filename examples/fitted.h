@@ -28,7 +28,7 @@ static struct {
     M(observer_gains) gains;
     M(evidence) evidence;
     const char *no_evidence, *no_limits, *no_noise, *no_gains, *no_outlook; /* why there are none; NULL: there are */
-    int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
+    int outlooks, limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
 
 /* At most `most` windows that cover held-out recordings, or some of each, of that many steps, or fewer in short recordings. */
@@ -111,7 +111,7 @@ static const char *fit_evidence(int *start)
         roln_status ahead;
         b = held_windows_of(AHEAD, stride, start, k ? affordable(each, OUTLOOKS) : 1);
         ahead = M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
-        found.no_outlook = ahead == ROLN_OK ? NULL : roln_status_text(ahead);
+        found.no_outlook = ahead == ROLN_OK ? NULL : roln_status_text(ahead), found.outlooks = b.count;
         each = now() - from;
     }
     return st == ROLN_OK ? NULL : roln_status_text(st);
@@ -482,7 +482,7 @@ static void put_evidence(FILE *f)
     if (found.no_outlook)
         put_constant(f, e->lasts, "lasts, s: NOT FITTED, so NAME_doubt_ahead and NAME_plan_tighten say ROLN_E_RANGE: %s",
                      found.no_outlook);
-    else put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long");
+    else put_constant(f, e->lasts, "lasts, s: errors of the acceleration stay alike so long, by %d windows", found.outlooks);
     fprintf(f, "};\n");
 }
 

@@ -299,7 +299,44 @@ static void T_(ahead)(void)
     CHECK(memcmp(&o, &kept, sizeof o) == 0 && memcmp(&s, &other, sizeof s) == 0);
 }
 
-/* Recordings whose errors stay alike for a time: it is found, up to a factor of four. */
+/* Half steps end with the same covariance, whether errors last for a part of a step or for many. */
+static void T_(halves)(void)
+{
+    enum { n = DOUBTED(n), N = DOUBTED(N), n2 = 2 * n, STEPS = 32 };
+    static DOUBTED(params) p;
+    static DOUBTED(evidence) e;
+    static DOUBTED(doubt_ahead_work) w;
+    static DOUBTED(train) train;
+    const roln_real dt = ROLN_C(0.00390625);
+    roln_real q[N], qd[N];
+    const roln_batch b = {1, 0, 1, NULL, q, qd, NULL, NULL};
+    DOUBTED(latent) start;
+    uint64_t seed = 14;
+    int way, part, k, i;
+    T__(model_of)(&p);
+    memset(&e, 0, sizeof e);
+    T_(state)(&p, &seed, q, qd, &start);
+    CHECK_OK(DOUBTED(evidence_add)(&p, &b, &e, &train.evidence_add));
+    for (i = 0; i < n2; i++)
+        e.always[i] = ROLN_C(0.25);
+    e.halves = 2;
+    for (i = 0; i < n; i++)
+        start.z[i] /= 4, start.zd[i] /= 4;
+    for (way = 0; way < 3; way++) {
+        static DOUBTED(outlook) o[2];
+        memset(o, 0, sizeof o);
+        e.lasts = way == 0 ? dt / 8 : way == 1 ? dt : 16 * dt;
+        for (part = 1; part <= 2; part++) {
+            DOUBTED(latent) s = start;
+            for (k = 0; k < STEPS * part; k++)
+                CHECK_OK(DOUBTED(doubt_ahead)(&p, &e, &s, NULL, dt / (roln_real)part, o + part - 1, &w));
+        }
+        for (i = 0; i < n2; i++)
+            CHECK_NEAR(o[1].P[i * (n2 + 1)] / o[0].P[i * (n2 + 1)], 1, 0.03);
+    }
+}
+
+/* Recordings whose errors stay alike for a time: it is found, up to a factor of four, and taken for longer where there are few. */
 static void T_(lasts)(void)
 {
     enum { n = DOUBTED(n), N = DOUBTED(N), WINDOWS = 120, STEPS = 32 };
@@ -310,7 +347,8 @@ static void T_(lasts)(void)
     static DOUBTED(train) train;
     static DOUBTED(work) tick;
     const roln_real dt = ROLN_C(0.0078125);
-    roln_batch b = {WINDOWS, STEPS, 1, NULL, q, qd, NULL, NULL};
+    const roln_batch b = {WINDOWS, STEPS, 1, NULL, q, qd, NULL, NULL}, few = {1, STEPS, 1, NULL, q, qd, NULL, NULL};
+    roln_real of_few;
     DOUBTED(latent) s;
     DOUBTED(state) x = {{0}, {0}};
     uint64_t seed = 17;
@@ -339,7 +377,10 @@ static void T_(lasts)(void)
         for (i = 0; i < 2 * n; i++)
             e.always[i] = ROLN_C(0.25);
         e.lasts = 1, e.halves = 2;
+        CHECK_OK(DOUBTED(fit_outlook)(&p, &few, dt, &e, &w));
+        of_few = e.lasts;
         CHECK_OK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &w));
+        CHECK(of_few >= 2 * e.lasts || of_few >= STEPS * dt);
         if (length == 1) CHECK_BELOW(e.lasts / dt, 1);
         else CHECK_BELOW(fabs(log((double)(e.lasts / dt) / length)), log(4.0));
     }
@@ -517,6 +558,7 @@ static void T_(doubt)(void)
     T_(novelty)();
     T_(deviations)();
     T_(ahead)();
+    T_(halves)();
     T_(lasts)();
     T_(refusals)();
     T_(failures)();

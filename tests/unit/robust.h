@@ -270,8 +270,9 @@ static void R_(rates)(void)
     CHECK(ok > 100 && moved > 100);
 }
 
-/* What limits are tightened by: the root of c P c^T, P the sum over pairs of errors i, j of their correlation F_i G_i G_j^T F_j^T, F_i
-   what the closed loop makes of an error of step i. Errors are means over steps of u times the time that they last. */
+/* What limits are tightened by: the root of c P c^T, P the sum over pairs of errors i, j of their correlation times
+   F_i G_i G_j^T F_j^T, F_i what the closed loop makes of an error of step i. Errors are means over steps of u times the time that
+   they last. */
 static void R_(sum)(int k, ld u, ld M[][4 * R__(n) * R__(n)], ld G[][2 * R__(n) * R__(n)], ld *P)
 {
     enum { n = R__(n), n2 = 2 * n };
