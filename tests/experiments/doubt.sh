@@ -62,8 +62,9 @@ echo "$rows" | while read -r system _ joint low high _; do
     for part in all few hole; do
         compile -DMODEL="$system" "-DCONFIG=\"$system.h\"" "-DWEIGHTS=\"$system-${part}_weights.h\"" \
             "-DLIMITS=\"$system-${part}_limits.h\"" tests/experiments/doubt.c -o $dir/$system-$part.doubt
-        # shellcheck disable=SC2046
-        $dir/$system-$part.doubt $dir/${system}_test.csv $([ $part != hole ] || echo "$joint $low $high") | sed "s/^/$system $part /"
+        [ $part = hole ] && region="$joint $low $high" || region=
+        # shellcheck disable=SC2086
+        $dir/$system-$part.doubt $dir/${system}_test.csv $region | sed "s/^/$system $part /"
     done
 done > $dir/tables
 compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
