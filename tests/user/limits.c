@@ -3,7 +3,8 @@
 
    -DCONFIG, -DWEIGHTS and -DLIMITS name the three headers of a model called motor, of one joint with a torque. RECORDINGS is a CSV
    of t, q, qd, tau with a blank line between recordings. Those from number FROM on, counted from 1, pass filter and observer, the
-   guard with the torque that was recorded, and a tick that follows them. Exit code 0: no tick has a fault. */
+   guard with the torque that was recorded, and a tick that follows them. All others have half of the largest novelty at most. Exit
+   code 0: no tick has a fault. */
 #include CONFIG
 #include WEIGHTS
 #include LIMITS
@@ -18,6 +19,16 @@ static motor_filter_tick_work filterwork;
 static motor_observer_tick_work observerwork;
 static motor_doubts doubts;
 static motor_work work;
+
+/* Nonzero if twice the novelty of a sample is beyond its limit. */
+static int is_new(double q, double qd)
+{
+    const motor_state x = {{(roln_real)q}, {(roln_real)qd}};
+    motor_latent s;
+    return motor_encode(&motor_weights, &x, &s, &work.encode) != ROLN_OK ||
+           motor_doubt(&motor_weights, &motor_known, &s, &doubts, &work.doubt) != ROLN_OK ||
+           !(2 * doubts.novelty <= motor_limits.novelty);
+}
 
 /* The faults of one sample. */
 static unsigned tick(double q, double qd, double tau, const roln_real *before)
@@ -56,7 +67,10 @@ int main(int argc, char **argv)
             memset(&guarded, 0, sizeof guarded), memset(&driven, 0, sizeof driven);
             continue;
         }
-        if (recording < from) continue;
+        if (recording < from) {
+            if (is_new(q, qd) && bad++ == 0) printf("recording %d, t = %g: novelty %g\n", recording, t, (double)doubts.novelty);
+            continue;
+        }
         if (first)
             guarded.tau[0] = (roln_real)tau; /* else the limit of rate lets the torque begin at 0, as none of the recordings */
         {
@@ -66,6 +80,6 @@ int main(int argc, char **argv)
         tau_before[0] = (roln_real)tau, first = 0, ticks++;
     }
     fclose(f);
-    printf("%d ticks, %d with a fault\n", ticks, bad);
+    printf("%d ticks, %d samples with a fault\n", ticks, bad);
     return ticks > 0 && bad == 0 ? 0 : 1;
 }
