@@ -336,6 +336,42 @@ static void T_(halves)(void)
     }
 }
 
+/* The time that NAME_fit_outlook is to find, by its definition, from a roll-out for each time. */
+static double T_(longest)(const DOUBTED(params) *p, const roln_batch *b, roln_real dt, DOUBTED(evidence) e)
+{
+    enum { N = DOUBTED(N), n = DOUBTED(n), TIMES = 10 };
+    static DOUBTED(doubt_ahead_work) w;
+    static DOUBTED(work) tick;
+    static DOUBTED(outlook) o;
+    const double whole = b->steps * (double)dt;
+    double cost[TIMES] = {0}, least = 1e300;
+    int t, k, h, i;
+    for (t = 0; t < TIMES; t++) {
+        e.lasts = (roln_real)(whole / pow(2, t));
+        for (k = 0; k < b->count; k++) {
+            DOUBTED(latent) s, seen;
+            DOUBTED(state) x;
+            memset(&o, 0, sizeof o);
+            for (h = 0; h <= b->steps; h++) {
+                const size_t at = (size_t)(k * (b->steps + 1) + h) * N;
+                memcpy(x.q, b->q + at, sizeof x.q), memcpy(x.qd, b->qd + at, sizeof x.qd);
+                CHECK_OK(DOUBTED(encode)(p, &x, h ? &seen : &s, &tick.encode));
+                for (i = 0; i < n && (h == b->steps || h == b->steps / 2 || h == b->steps / 4 || h == b->steps / 8); i++) {
+                    const ld variance = (ld)o.P[i * (2 * n + 1)], turn = 6.28318530717958647693L;
+                    ld off = (ld)seen.z[i] - (ld)s.z[i];
+                    if (DOUBTED(angles) >> i & 1) off -= turn * roundl(off / turn);
+                    cost[t] += (double)(off * off / variance + logl(variance));
+                }
+                if (h < b->steps) CHECK_OK(DOUBTED(doubt_ahead)(p, &e, &s, NULL, dt, &o, &w));
+            }
+        }
+        least = fmin(least, cost[t]);
+    }
+    for (t = 0; cost[t] > least + 16; t++)
+        continue;
+    return whole / pow(2, t);
+}
+
 /* Recordings whose errors stay alike for a time: it is found, up to a factor of four, and taken for longer where there are few. */
 static void T_(lasts)(void)
 {
@@ -348,6 +384,7 @@ static void T_(lasts)(void)
     static DOUBTED(work) tick;
     const roln_real dt = ROLN_C(0.0078125);
     const roln_batch b = {WINDOWS, STEPS, 1, NULL, q, qd, NULL, NULL}, few = {1, STEPS, 1, NULL, q, qd, NULL, NULL};
+    roln_batch some = few;
     roln_real of_few;
     DOUBTED(latent) s;
     DOUBTED(state) x = {{0}, {0}};
@@ -379,6 +416,10 @@ static void T_(lasts)(void)
         e.lasts = 1, e.halves = 2;
         CHECK_OK(DOUBTED(fit_outlook)(&p, &few, dt, &e, &w));
         of_few = e.lasts;
+        for (some.count = 1; some.count <= 16; some.count += 5) {
+            CHECK_OK(DOUBTED(fit_outlook)(&p, &some, dt, &e, &w));
+            CHECK_NEAR(e.lasts, T_(longest)(&p, &some, dt, e), 1e-6L);
+        }
         CHECK_OK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &w));
         CHECK(of_few >= 2 * e.lasts || of_few >= STEPS * dt);
         if (length == 1) CHECK_BELOW(e.lasts / dt, 1);
