@@ -416,7 +416,7 @@ static const belt_evidence belt_known = {
        (always^2 + grows^2 novelty^(halves / 2))^(1/2) */
     {ROLN_C(0.13106346), ROLN_C(0.22873186), ROLN_C(0.29342908), ROLN_C(0.13407332), ROLN_C(0.057354584), ROLN_C(0.00512566)},
     {ROLN_C(0.26212692), ROLN_C(0.05247469), ROLN_C(0.29342908), ROLN_C(0.26814663), ROLN_C(0.11470917), ROLN_C(0.01025132)},
-    ROLN_C(0.01875), /* lasts, s: errors of the acceleration stay alike so long */
+    ROLN_C(0.009375), /* lasts, s: errors of the acceleration stay alike so long, by 32 windows */
 };
 
 /* Limits of NAME_tick, from 8125 ticks of held-out recordings, which are smooth: a controller changes torques faster, and its residual is larger. */
@@ -446,7 +446,7 @@ static const roln_limits belt_limits = {
     0, /* safe: no torque once the guard has expired; an array of yours holds an arm up */
     0, /* motors: at each joint, or the learned inputs */
     belt_known.L, /* evidence: the states that were trained with */
-    ROLN_C(6.5025496), /* novelty: 4 times the largest of the recordings */
+    ROLN_C(246.10216), /* novelty: 4 times the largest of recordings that were left out */
     ROLN_C(0.0), /* false_alarms: none, residual is a fixed limit */
 };
 
