@@ -72,8 +72,8 @@ compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
 $dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
 grep -v curve $dir/tables
 # What has to hold, though trainings end by a clock: least shares near the data, far from them and of roll-outs; a region that was
-# left out has three times the deviation of others at least, and, but for furuta, whose errors grow a hundredfold there, no less than
-# its errors ask for; false alarms, of few recordings ten times as many. Deviations that are far too large do not hold either.
+# left out has three times the deviation of others at least, and, but for furuta, whose errors grow a hundredfold there, no less
+# than its errors ask for; false alarms, of few recordings ten times as many. Deviations that are far too large do not hold either.
 awk '
     function check(what, holds) { if (holds) passed++; else { failed++; print "failed:", what } }
     / %/ {
