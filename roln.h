@@ -5903,12 +5903,15 @@ ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_wor
     return ROLN_MIN(top, w->top[j]);
 }
 
-/* u of motor j within limits in step k, after last; NaN of NaN. Where a reserve grows faster than rates can follow, rates hold. */
+/* u of motor j within limits in step k, after last; NaN of NaN. Where a reserve grows faster than rates can follow, rates hold, and
+   whatever bits there are, its own limit does. */
 ROLN_FN roln_real ROLNI_(plan_clip)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j, roln_real last, roln_real u)
 {
-    const roln_real top = ROLNI_(plan_top)(g, w, k, j), in = u < -top ? -top : u > top ? top : u;
+    const roln_real top = ROLNI_(plan_top)(g, w, k, j), most = w->top[j];
     const roln_real down = last - w->rate[j], up = last + w->rate[j]; /* stored: compared as rounded */
-    return !rolni_rated(g->limits) ? in : in < down ? down : in > up ? up : in;
+    u = u < -top ? -top : u > top ? top : u;
+    if (rolni_rated(g->limits)) u = u < down ? down : u > up ? up : u;
+    return u < -most ? -most : u > most ? most : u;
 }
 
 /* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */

@@ -18,6 +18,8 @@
 #ifndef FITTED_H
 #define FITTED_H
 
+#define LEFT_OUT_COST 2e9 /* a second or two */
+
 enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, LEFT_OUT = 8,
        DOUBTED = 4000, AHEAD = 200, OUTLOOKS = 200, RESIDUAL_TICKS = 8 /* of residual_window */ };
 
@@ -31,24 +33,32 @@ static struct {
     int outlooks, limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
 
-/* At most `most` windows that cover held-out recordings, or some of each, of that many steps, or fewer in short recordings. */
+/* Windows that cover held-out recordings, or some of each, of that many steps, or fewer in short recordings; of all their steps
+   as many as `most` windows of full length have. */
 static roln_batch held_windows_of(int steps, int stride, int *start, int most)
 {
     roln_batch b = {.stride = stride, .start = start, .q = d.q, .qd = d.qd, .steps = steps};
+    double count;
     int k;
     b.tau = acts() ? d.tau : NULL;
     while ((b.count = windows(&d, train, d.trajectories, b.steps * stride, b.steps * stride, 0, start)) == 0 && b.steps > 1)
         b.steps /= 2;
-    if (b.count <= most) return b;
-    for (k = 0; k < most; k++)
-        start[k] = start[(int)((double)k * b.count / most)];
-    b.count = most;
+    count = fmin(b.count, (double)most * steps / b.steps);
+    for (k = 0; k < (int)count; k++)
+        start[k] = start[(int)(k * (b.count / count))];
+    b.count = (int)count;
     return b;
 }
 
 static roln_batch held_windows(int *start, int most)
 {
     return held_windows_of(WINDOW_TICKS, 1, start, most);
+}
+
+/* What the numbers are fitted to. */
+static const char *held_text(void)
+{
+    return strcmp(words[HELD].value, "none") == 0 ? "recordings that were trained with (held=none)" : "held-out recordings";
 }
 
 /* Held-out windows for the limits. With false_alarms= there are so many that the residual of four is beyond its limit, if the
@@ -85,10 +95,15 @@ static int affordable(double each, int most)
     return (int)fmin(most, fmax(most / 8 + 1, 0.1 * left() / fmax(each, 1e-9)));
 }
 
-/* Every so many states of the recordings that are trained with, at most KNOWN, are evidence. */
-static int every_known(void)
+/* Every so many samples of the recordings that are trained with, counted through all of them, but for every LEFT_OUT-th recording
+   from number `out` on; -1: none is left out. Returns how many. */
+static int known_samples(int every, int out, int *start)
 {
-    return 1 + d.samples / KNOWN;
+    int count = 0, k, i;
+    for (k = 0; k < train; k++)
+        for (i = d.first[k]; i < d.first[k + 1]; i++)
+            if (i % every == 0 && (out < 0 || k % LEFT_OUT != out)) start[count++] = i;
+    return count;
 }
 
 /* States of the recordings that were trained with; errors of held-out windows of 25 ms, and of half a second in steps of 2.5 ms: an
@@ -100,7 +115,7 @@ static const char *fit_evidence(int *start)
     double each = 0;
     roln_status st;
     int k;
-    b.count = windows(&d, 0, train, 0, every_known(), 0, start);
+    b.count = known_samples(1 + d.samples / KNOWN, -1, start);
     st = M(evidence_add)(&s.p, &b, &found.evidence, &work[0].evidence_add);
     if (st == ROLN_OK) {
         b = held_windows_of(short_steps, 1, start, DOUBTED);
@@ -112,6 +127,7 @@ static const char *fit_evidence(int *start)
         b = held_windows_of(AHEAD, stride, start, k ? affordable(each, OUTLOOKS) : 1);
         ahead = M(fit_outlook)(&s.p, &b, (roln_real)(d.dt * stride), &found.evidence, &work[0].fit_outlook);
         found.no_outlook = ahead == ROLN_OK ? NULL : roln_status_text(ahead), found.outlooks = b.count;
+        if (ahead != ROLN_OK) found.evidence.lasts = 0;
         each = now() - from;
     }
     return st == ROLN_OK ? NULL : roln_status_text(st);
@@ -152,21 +168,20 @@ static void fit_torques(void)
 }
 
 /* The largest novelty of states in recordings that were trained with, by the evidence of those that remain when an eighth of the
-   recordings is left out. A recording is no witness of its own. */
+   recordings is left out. A recording is no witness of its own. States are so few that it takes LEFT_OUT_COST multiply-adds. */
 static roln_real novelty_left_out(int *start)
 {
     static M(evidence) others;
+    const double terms = (int)M(terms), each = 2 * terms * terms * LEFT_OUT;
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
     roln_real most = 0;
     int part, k, i;
     for (part = 0; part < LEFT_OUT && train > 1; part++) {
         memset(&others, 0, sizeof others);
-        for (k = 0; k < train; k++) {
-            b.count = windows(&d, k, k + 1, 0, LEFT_OUT * every_known(), 0, start);
-            if (k % LEFT_OUT != part) (void)M(evidence_add)(&s.p, &b, &others, &work[0].evidence_add); /* as all at once */
-        }
+        b.count = known_samples(1 + (int)(d.samples * each / LEFT_OUT_COST), part, start);
+        (void)M(evidence_add)(&s.p, &b, &others, &work[0].evidence_add); /* as of all recordings at once */
         for (k = part; k < train; k += LEFT_OUT)
-            for (i = d.first[k]; i < d.first[k + 1]; i += every_known()) {
+            for (i = d.first[k]; i < d.first[k + 1]; i += 1 + d.samples / KNOWN) {
                 static M(work) w;
                 M(state) x;
                 M(latent) z;
@@ -181,14 +196,17 @@ static roln_real novelty_left_out(int *start)
 
 static const char *fit_limits(int *start)
 {
-    roln_real tau[M(force_size)], rate[M(force_size)]; /* of the windows alone */
+    static const roln_real B[M(N)];
+    static const roln_motors elsewhere = {.count = 1, .B = B}; /* limits of torque are not those of the windows */
     const roln_batch b = guard_windows(start);
     roln_limits *l = &found.limits;
     roln_status st;
     l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = RESIDUAL_TICKS, l->tau = 1;
     l->false_alarms = (roln_real)set("false_alarms");
     if (!found.no_evidence) l->evidence = found.evidence.L;
-    st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
+    l->motors = &elsewhere;
+    st = M(fit_limits)(&s.p, &b, SLACK, l, found.tau, found.rate, &work[0].fit_limits);
+    l->motors = NULL;
     if (st != ROLN_OK) return roln_status_text(st);
     found.limit_ticks = b.count * (b.steps + 1);
     if (l->evidence) l->novelty = ROLN_MAX(l->novelty, SLACK * novelty_left_out(start));
@@ -304,7 +322,8 @@ static const char *said_of_torque(int j)
     if (!(found.tau[j] > 0)) return "no torque was recorded";
     if ((double)found.tau[j] < 0.999 * (double)recorded_torque(j))
         return "the largest behind filter, means and delay; more was recorded, which may be noise";
-    return "the largest that was recorded, which may be less than the motor can";
+    return words[SPREAD].value ? "the largest that was recorded, without those of spread=, which may be less than the motor can"
+                                     : "the largest that was recorded, which may be less than the motor can";
 }
 
 static const char *said_of_rate(int j)
@@ -375,7 +394,7 @@ static void put_limits(FILE *f)
 {
     const roln_limits *l = &found.limits;
     const int torques_are = l->tau_each != NULL, smooth_are = d.reach > 0 || words[SMOOTHER].value;
-    fprintf(f, "\n/* Limits of NAME_tick, from %d ticks of held-out recordings%s. */\n", found.limit_ticks,
+    fprintf(f, "\n/* Limits of NAME_tick, from %d ticks of %s%s. */\n", found.limit_ticks, held_text(),
             smooth_are
                 ? ", which are smooth: a controller changes torques faster, and its residual is larger"
                 : "");
@@ -422,7 +441,10 @@ static void put_limits(FILE *f)
     fprintf(f, l->evidence ? "    " STRING(MODEL) "_known.L, /* evidence: the states that were trained with */\n"
                            : "    0, /* evidence: none, novelty is not checked */\n");
     put_constant(f, l->novelty,
-                 l->evidence ? "novelty: %d times the largest of recordings that were left out" : "novelty: not checked", SLACK);
+                 !l->evidence ? "novelty: not checked"
+                 : train > 1  ? "novelty: %d times the largest of recordings that were left out"
+                              : "novelty: %d times the largest of this one recording; fit it in your loop: NAME_fit_limits",
+                 SLACK);
     put_constant(f, l->false_alarms, l->false_alarms > 0 ? "false_alarms, part of the windows of good motion: as asked for"
                                                          : "false_alarms: none, residual is a fixed limit");
     fprintf(f, "};\n");
@@ -431,7 +453,7 @@ static void put_limits(FILE *f)
 static void put_noise(FILE *f)
 {
     const roln_noise *l = &found.noise;
-    fprintf(f, "\n/* Noise of NAME_filter_tick, from %d ticks of held-out recordings. */\n", found.noise_ticks);
+    fprintf(f, "\n/* Noise of NAME_filter_tick, from %d ticks of %s. */\n", found.noise_ticks, held_text());
     if (found.no_noise) {
         fprintf(f, "/* There is none: %s */\n", found.no_noise);
         return;
@@ -464,7 +486,8 @@ static void put_numbers(FILE *f, int count, const roln_real *x, const char *behi
 static void put_evidence(FILE *f)
 {
     const M(evidence) *e = &found.evidence;
-    fprintf(f, "\n/* What NAME_doubt knows: states that were trained with, and deviations of held-out recordings. */\n");
+    fprintf(f, "\n/* What NAME_doubt knows: states that were trained with%s, and deviations of %s. */\n",
+            words[SPREAD].value ? ", without those of spread=" : "", held_text());
     if (found.no_evidence) {
         fprintf(f, "/* There is nothing: %s */\n", found.no_evidence);
         return;

@@ -156,6 +156,18 @@ static void refuse_twins(const motion *m)
         }
 }
 
+/* A part of the recordings of 3 samples or more, the last ones. Returns how many recordings are before them. */
+static int last_of(const motion *m, double fraction)
+{
+    int usable = 0, wanted, k;
+    for (k = 0; k < m->trajectories; k++)
+        usable += m->first[k + 1] - m->first[k] >= 3;
+    wanted = (int)ceil(usable * fraction);
+    for (k = m->trajectories; k > 0 && wanted > 0; k--)
+        wanted -= m->first[k] - m->first[k - 1] >= 3;
+    return k;
+}
+
 /* Sorts recordings by held=. Returns how many are trained with; look: seconds that are predicted ahead. */
 static int hold_out(motion *m, const char *held, double look)
 {
@@ -168,7 +180,7 @@ static int hold_out(motion *m, const char *held, double look)
         if (!(fraction >= 0 && fraction <= 1))
             fail("held=%s: expected a number, 0 .. 1\nhint: held=0.1, none, or names of files", held);
         if (m->trajectories > 1 && !m->mapped && strcmp(m->file[0], m->file[m->trajectories - 1]) == 0)
-            return m->trajectories - (int)ceil(m->trajectories * fraction);
+            return last_of(m, fraction);
         return fraction > 0 && fraction < 1 ? hold_blocks(m, fraction, 2 * look, margin, 0) : fraction > 0 ? 0 : m->trajectories;
     }
     return hold_files(m, held);
