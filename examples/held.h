@@ -112,6 +112,12 @@ static int is_named(const char *path, const char *pattern, int length)
     return 0;
 }
 
+/* Nonzero if recording k is long enough to be predicted. */
+static int is_usable(const motion *m, int k)
+{
+    return m->first[k + 1] - m->first[k] >= 3;
+}
+
 /* The recordings of the files that are named so, by patterns apart by commas, are held out. */
 static int hold_files(motion *m, const char *names)
 {
@@ -130,7 +136,7 @@ static int hold_files(motion *m, const char *names)
         names += length + (names[length] == ',');
     }
     for (k = 0; k < m->trajectories; k++)
-        add_cut(&list, k, m->first[k], m->first[k + 1], held[k]);
+        add_cut(&list, k, m->first[k], m->first[k + 1], held[k] && is_usable(m, k));
     free(held);
     trained = rebuild(m, &list);
     free(list.p);
@@ -156,16 +162,21 @@ static void refuse_twins(const motion *m)
         }
 }
 
-/* A part of the recordings of 3 samples or more, the last ones. Returns how many recordings are before them. */
-static int last_of(const motion *m, double fraction)
+/* A part of the usable recordings is held out, the last ones. */
+static int hold_last(motion *m, double fraction)
 {
-    int usable = 0, wanted, k;
+    cuts list = {NULL, 0};
+    int usable = 0, before, trained, k;
     for (k = 0; k < m->trajectories; k++)
-        usable += m->first[k + 1] - m->first[k] >= 3;
-    wanted = (int)ceil(usable * fraction);
-    for (k = m->trajectories; k > 0 && wanted > 0; k--)
-        wanted -= m->first[k] - m->first[k - 1] >= 3;
-    return k;
+        usable += is_usable(m, k);
+    before = usable - (int)ceil(usable * fraction);
+    if (usable == m->trajectories) return before;
+    list.p = room((size_t)m->trajectories + 1, sizeof *list.p);
+    for (k = 0; k < m->trajectories; k++)
+        add_cut(&list, k, m->first[k], m->first[k + 1], is_usable(m, k) && before-- <= 0);
+    trained = rebuild(m, &list);
+    free(list.p);
+    return trained;
 }
 
 /* Sorts recordings by held=. Returns how many are trained with; look: seconds that are predicted ahead. */
@@ -180,7 +191,7 @@ static int hold_out(motion *m, const char *held, double look)
         if (!(fraction >= 0 && fraction <= 1))
             fail("held=%s: expected a number, 0 .. 1\nhint: held=0.1, none, or names of files", held);
         if (m->trajectories > 1 && !m->mapped && strcmp(m->file[0], m->file[m->trajectories - 1]) == 0)
-            return last_of(m, fraction);
+            return hold_last(m, fraction);
         return fraction > 0 && fraction < 1 ? hold_blocks(m, fraction, 2 * look, margin, 0) : fraction > 0 ? 0 : m->trajectories;
     }
     return hold_files(m, held);
