@@ -172,7 +172,7 @@ static void fit_torques(void)
 static roln_real novelty_left_out(int *start)
 {
     static M(evidence) others;
-    const double terms = (int)M(terms), each = 2 * terms * terms * LEFT_OUT;
+    const double size = (int)M(terms), each = 2 * size * size * LEFT_OUT;
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
     roln_real most = 0;
     int part, k, i;
