@@ -5903,8 +5903,8 @@ ROLN_FN roln_real ROLNI_(plan_top)(const roln_goal *g, const ROLN_(plan_next_wor
     return ROLN_MIN(top, w->top[j]);
 }
 
-/* u of motor j within limits in step k, after last; NaN of NaN. Where a reserve grows faster than rates can follow, rates hold, and
-   whatever bits there are, its own limit does. */
+/* u of motor j within limits in step k, after last; NaN of NaN. A limit of rate is kept before a reserve, and the limit of torque
+   before both, for any bits. */
 ROLN_FN roln_real ROLNI_(plan_clip)(const roln_goal *g, const ROLN_(plan_next_work) *w, int k, int j, roln_real last, roln_real u)
 {
     const roln_real top = ROLNI_(plan_top)(g, w, k, j), most = w->top[j];

@@ -323,7 +323,7 @@ static const char *said_of_torque(int j)
     if ((double)found.tau[j] < 0.999 * (double)recorded_torque(j))
         return "the largest behind filter, means and delay; more was recorded, which may be noise";
     return words[SPREAD].value ? "the largest that was recorded, without those of spread=, which may be less than the motor can"
-                                     : "the largest that was recorded, which may be less than the motor can";
+                               : "the largest that was recorded, which may be less than the motor can";
 }
 
 static const char *said_of_rate(int j)
