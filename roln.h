@@ -5614,6 +5614,15 @@ typedef struct {
     } u;
 } ROLN_(doubt_ahead_work);
 
+/* A step from s to w->s; w->d and the Jacobian w->u.linear.j are those at s. */
+ROLN_FN roln_status ROLNI_(doubt_step)(const ROLN_(params) *p, const ROLN_(evidence) *e, const ROLN_(latent) *s,
+                                       const roln_real *tau, roln_real dt, ROLN_(doubt_ahead_work) *w)
+{
+    const roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
+    w->s = *s;
+    return st != ROLN_OK ? st : ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
+}
+
 /* A step of the covariances of NAME_doubt_ahead: with G = [dt^2 / 2; dt] diag(zdd of d) and a, r, m of rolni_alike
        P+ = A P A^T + a (A C G^T + G C^T A^T) + m G G^T,   C+ = r A C + a G.
    A [2n][2n]; from in, to out; g [2n], moved [2n][2n]: scratch. */
@@ -5652,11 +5661,10 @@ ROLN_FN roln_status ROLN_(doubt_ahead)(const ROLN_(params) *p, const ROLN_(evide
                                        ROLN_(doubt_ahead_work) *w)
 {
     const int n2 = 2 * ROLN_(n);
-    roln_status st = ROLN_(doubt)(p, e, s, &w->d, &w->u.doubt);
+    roln_status st;
     int i;
     if (!(dt >= 0) || !(e->lasts > 0)) return ROLN_E_RANGE;
-    w->s = *s;
-    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, tau, dt, &w->u.linear.j, &w->u.linear.work);
+    st = ROLNI_(doubt_step)(p, e, s, tau, dt, w);
     if (st != ROLN_OK) return st;
     ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, e->lasts, o, &w->o, w->g, w->moved);
     if (!roln_all_finite(n2 * n2, w->o.P)) return ROLN_E_NOT_FINITE; /* and C, of which every number has gone into P */
@@ -7147,18 +7155,13 @@ ROLN_FN roln_status ROLN_(fit_doubt)(const ROLN_(params) *p, const roln_batch *b
 /* scratch of NAME_fit_outlook: minus twice the log likelihood under each time, and covariances of a roll-out */
 typedef struct {
     double cost[ROLNI_TIMES];
-    ROLN_(outlook) o[ROLNI_TIMES], next;
+    ROLN_(outlook) o[ROLNI_TIMES];
     ROLN_(state) x;
     ROLN_(latent) s, seen;
-    ROLN_(doubts) d;
-    roln_real tau[ROLN_(force_size)], moved[4 * ROLN_(n) * ROLN_(n)], g[2 * ROLN_(n)];
+    roln_real tau[ROLN_(force_size)];
     union {
         ROLN_(encode_work) encode;
-        ROLN_(doubt_work) doubt;
-        struct {
-            ROLN_(jacobian) j;
-            ROLN_(linear_work) work;
-        } linear;
+        ROLN_(doubt_ahead_work) ahead;
     } u;
 } ROLN_(fit_outlook_work);
 
@@ -7166,14 +7169,16 @@ typedef struct {
 ROLN_FN roln_status ROLNI_(outlook_step)(const ROLN_(params) *p, const ROLN_(evidence) *e, const roln_batch *b, int k, int h,
                                          roln_real dt, roln_real lasts, ROLN_(fit_outlook_work) *w)
 {
-    roln_status st = ROLN_(doubt)(p, e, &w->s, &w->d, &w->u.doubt);
+    ROLN_(doubt_ahead_work) *const a = &w->u.ahead;
+    roln_status st;
     int t;
     if (b->tau) rolni_gather_tau(b, ROLN_(force_size), k, 1, h, 1, w->tau);
-    if (st == ROLN_OK) st = ROLN_(linear)(p, &w->s, b->tau ? w->tau : NULL, dt, &w->u.linear.j, &w->u.linear.work);
+    st = ROLNI_(doubt_step)(p, e, &w->s, b->tau ? w->tau : NULL, dt, a);
     for (t = 0; t < ROLNI_TIMES && st == ROLN_OK; t++, lasts /= 2) {
-        ROLNI_(spread)(w->u.linear.j.A, &w->d, dt, lasts, w->o + t, &w->next, w->g, w->moved);
-        w->o[t] = w->next;
+        ROLNI_(spread)(a->u.linear.j.A, &a->d, dt, lasts, w->o + t, &a->o, a->g, a->moved);
+        w->o[t] = a->o;
     }
+    w->s = a->s;
     return st;
 }
 
