@@ -325,7 +325,8 @@ static void sums(memory *m)
     memcpy(turn.J + ROWS * P, m->older, sizeof m->older);
     turn.lambda = m->state.lambda, turn.tries = 0;
     if (roln_newton_rows(1, table, &newton, ROWS, NULL, turn.J, turn.r, turn.weight, &m->state, scratch.sums) != ROLN_OK) {
-        turn.phase = SAMPLE; /* not finite: another turn */
+        if (!roln_all_finite(P, m->older)) begin_anew(m); /* it would fail in all turns */
+        turn.phase = SAMPLE;
         return;
     }
     roln_newton_normal_equations(&newton, ROWS, P, 0, P, turn.J, m->A, scratch.sums);

@@ -7,8 +7,8 @@
    2. With power cuts, at any tick and within a save. The weights at the end must be those of the first hour, to the last bit.
    3. Without the checks of held_out.h: they always say yes.
 
-   Then eight minutes with two payloads for each scene in which held-out windows are few or rare. A hand pushes once with each
-   payload.
+   Then eight minutes with two payloads for each scene in which held-out windows are few or rare, a hand pushing once with each
+   payload, and for spikes in a measured velocity.
 
    First held_out.h alone, and when adapt.c may decide. Errors are in mrad: root of the mean square over joints and windows, at the
    end of a window. */
@@ -54,7 +54,7 @@ enum {
 #define LATE_MOST 2 /* parts whose payload is not learned within 40 s */
 
 static const float payload[PARTS] = {0.2f, 0, -0.1f, 0.4f, 0.1f, 0.3f, 0, 0.2f, -0.2f, 0, 0.15f, 0.4f, 0.35f, -0.1f, 0};
-typedef enum { STUCK, SCALED, LATE, NOT_A_NUMBER, HAND, CORNER, KINDS, NONE } kinds;
+typedef enum { STUCK, SCALED, LATE, NOT_A_NUMBER, HAND, CORNER, KINDS, SPIKE, NONE } kinds;
 static const char *const name_of[KINDS] = {"stuck", "times 10", "late", "NaN", "hand", "corner"};
 
 static int passed, failed;
@@ -194,6 +194,7 @@ static struct {
     places where;
     int every; /* ticks */
     kinds only;
+    float spike; /* rad/s, in one tick of 97 */
 } scene;
 
 static int allowed(uint32_t at, int region)
@@ -233,6 +234,7 @@ static void spoil(kinds kind, uint32_t at, chain_state *x)
     if (kind == SCALED) x->q[j] *= 10, x->qd[j] *= 10;
     if (kind == LATE) x->q[j] -= 0.04f * x->qd[j]; /* 40 ms */
     if (kind == NOT_A_NUMBER && at % 13 == 0) x->q[j] = NAN;
+    if (kind == SPIKE && at % 97 == 0) x->qd[j] = scene.spike;
 }
 
 /* Counts a decision that bad data could have made: the last tick begins to learn from a window, or began anew. */
@@ -357,6 +359,20 @@ static void test_dropped(void)
     check(memcmp(was.held, copies[copy].held, sizeof was.held) == 0, "a window that has just ended is held out", 0);
 }
 
+/* What is left of earlier rows overflows: learning goes on. */
+static void test_overflow(void)
+{
+    scene.every = PUSH, scene.where = ANYWHERE, scene.only = NONE;
+    begin();
+    while (copies[copy].begun < 3)
+        one_tick();
+    const uint32_t at = copies[copy].tick, accepted = copies[copy].accepted;
+    copies[copy].older[P / 2] = INFINITY;
+    while (copies[copy].tick < at + 4000)
+        one_tick();
+    check(copies[copy].accepted > accepted, "nothing is learned after an overflow", 0);
+}
+
 /* The hour as it is, or without checks. Returns the hash of what was learned. */
 static uint64_t hour(int checks)
 {
@@ -398,13 +414,13 @@ static uint64_t hour_with_cuts(void)
     return hash_of(&copies[copy]);
 }
 
-/* The first part and the second. In the middle of each a hand pushes for BAD ticks. */
-static void play(places where, int every)
+/* The first part and the second. In the middle of each a hand pushes for BAD ticks, or one tick of 97 has a wrong velocity. */
+static void play(places where, int every, kinds only)
 {
     static const char *const name[] = {"anywhere", "to one side", "later to one region, to two others while a hand pushes"};
     float error = 0, until = 0, rise = 0, first = 0;
     uint32_t accepted = 0;
-    checked = 1, scene.every = every, scene.where = where, scene.only = HAND;
+    checked = 1, scene.every = every, scene.where = where, scene.only = only;
     begin();
     for (uint32_t at = 0; at < 2 * PART; at++) {
         const memory *m;
@@ -417,8 +433,9 @@ static void play(places where, int every)
     }
     printf("chain moved every %d ticks, %s: %.1f mrad at first, %.2f at the end, ", every, name[where], (double)first / 2,
            (double)error);
+    if (only == SPIKE) printf("spikes of %.0e rad/s in place of the push, ", (double)scene.spike);
     printf("rise behind the push %.2f, accepted %u, anew %u\n", (double)rise, accepted, copies[copy].anew);
-    check(rise <= MARGIN / 4, "a push makes predictions worse", every);
+    check(rise <= MARGIN / 4, "a push or a spike makes predictions worse", every);
     check(accepted >= 30 && error <= first / 4, "the payload is not learned", every);
 }
 
@@ -449,16 +466,19 @@ int main(void)
     int late = 0, high = 0;
     test_held();
     test_dropped();
+    test_overflow();
     test_votes();
     const uint64_t hash = hour(1), again = hour_with_cuts();
     hour(0);
     print_table();
-    play(ONE_SIDE, PUSH);
-    play(ANYWHERE, 400);
-    play(ONE_SIDE, 400);
-    play(ANYWHERE, 1000);
-    play(ONE_SIDE, 1000);
-    play(LEAVING, PUSH);
+    play(ONE_SIDE, PUSH, HAND);
+    play(ANYWHERE, 400, HAND);
+    play(ONE_SIDE, 400, HAND);
+    play(ANYWHERE, 1000, HAND);
+    play(ONE_SIDE, 1000, HAND);
+    play(LEAVING, PUSH, HAND);
+    for (scene.spike = 100; scene.spike < 1e13f; scene.spike *= 1e4f)
+        play(ANYWHERE, PUSH, SPIKE);
     scene.where = ANYWHERE;
     for (int i = 0; i < N; i++)
         mass[i] = 0.1f;
