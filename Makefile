@@ -358,8 +358,8 @@ noise: build/generate
 heads: build/generate
 	@JOBS=$(JOBS) sh tests/experiments/heads.sh
 
-# whether the deviations of NAME_doubt hold on recordings that were not trained with, and in a region that was left out: 8 models,
-# ten minutes of a core; two at a time with JOBS=2
+# whether the deviations of NAME_doubt hold on recordings that were not trained with, and in a region that was left out, and those
+# of a covariance of the last layers: 12 models, twenty minutes of a core; two at a time with JOBS=2
 doubt: build/generate build/record
 	@JOBS=$(JOBS) sh tests/experiments/doubt.sh
 

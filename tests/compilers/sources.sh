@@ -15,7 +15,7 @@ for file in $(find examples tests -name '*.c' ! -path 'tests/unit/*' ! -path tes
     case $file in
     examples/quantise.c) model=pend16_int8 ;;
     tests/experiments/config.c) cc="$cc -DCONFIG=pend2" ;;
-    tests/experiments/doubt.c) cc="$cc$arm" model=arm ;;
+    tests/experiments/doubt.c | tests/experiments/layers.c) cc="$cc$arm" model=arm ;;
     tests/firmware/bits.c) cc='arm-none-eabi-gcc -mcpu=cortex-m55 -mfloat-abi=hard' ;;
     tests/firmware/fault.c) cc="$cc -DFAULT=1" ;;
     tests/measure/firmware.c) cc="$cc -DSTATES=9" model=arm ;;

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 # doubt.sh - do the deviations of NAME_doubt hold on recordings that were not trained with? Of each system a training with the
 # trainer's defaults, one with few recordings, whose limit of novelty has to let others pass, and one without the samples of a
-# region, where doubt has to be larger. JOBS trainings at a time; what is there is not trained again. Run by `make doubt`; logs and
-# doubt.svg in build/doubt.
+# region, where doubt has to be larger. Behind it what a covariance of the last layers says of the same (layers.c). JOBS trainings
+# at a time; what is there is not trained again. Run by `make doubt`; logs and doubt.svg in build/doubt.
 #
 #   doubt.sh              all, then the tables
 #   doubt.sh RUN          one training, such as pend2-all, pend2-few, pend2-hole
@@ -60,17 +60,22 @@ echo "$rows" | while read -r system _; do printf '%s\n' "$system-all" "$system-f
     xargs -P "${JOBS:-1}" -I RUN sh "$0" RUN
 echo "$rows" | while read -r system _ joint low high _; do
     for part in all few hole; do
-        compile -DMODEL="$system" "-DCONFIG=\"$system.h\"" "-DWEIGHTS=\"$system-${part}_weights.h\"" \
-            "-DLIMITS=\"$system-${part}_limits.h\"" tests/experiments/doubt.c -o $dir/$system-$part.doubt
+        for program in doubt layers; do
+            compile -DMODEL="$system" "-DCONFIG=\"$system.h\"" "-DWEIGHTS=\"$system-${part}_weights.h\"" \
+                "-DLIMITS=\"$system-${part}_limits.h\"" tests/experiments/$program.c -o $dir/$system-$part.$program
+        done
         [ $part = hole ] && region="$joint $low $high" || region=
         # shellcheck disable=SC2086
         $dir/$system-$part.doubt $dir/${system}_test.csv $region | sed "s/^/$system $part /"
+        # shellcheck disable=SC2086
+        $dir/$system-$part.layers $dir/$system-$part.csv $dir/${system}_test.csv $region | sed "s/^/$system $part /" >&3
     done
-done > $dir/tables
+done > $dir/tables 3> $dir/layers
 compile tests/experiments/doubt_plot.c -o $dir/doubt_plot
 # shellcheck disable=SC2046
 $dir/doubt_plot $dir/doubt.svg $(echo "$rows" | cut -d ' ' -f 1) < $dir/tables
 grep -v curve $dir/tables
+cat $dir/layers
 # What has to hold, though trainings end by a clock: least shares near the data, far from them and of roll-outs; a region that was
 # left out has three times the deviation of others at least, and no less than its errors ask for; false alarms, of few recordings
 # ten times as many. Near the data a share of 95 % within one deviation says that deviations are twice too large.
