@@ -501,6 +501,7 @@ static void T_(failures)(void)
     static roln_real q[(STEPS + 1) * N], qd[(STEPS + 1) * N], tau[(STEPS + 1) * F], fast[(STEPS + 1) * N];
     const roln_real dt = ROLN_C(0.0078125), nan = (roln_real)NAN;
     roln_batch b = {1, STEPS, 1, NULL, q, qd, NULL, NULL}, short_ = b;
+    roln_real was;
     DOUBTED(latent) s;
     DOUBTED(doubts) d;
     uint64_t seed = 29;
@@ -528,8 +529,10 @@ static void T_(failures)(void)
     memcpy(fast, qd, sizeof qd), b.qd = fast, fast[0] = nan; /* the start */
     CHECK(DOUBTED(fit_doubt)(&p, &b, dt, &e, &w.fit_doubt) == ROLN_E_NOT_FINITE);
     CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
+    b.qd = qd, was = q[STEPS * N], q[STEPS * N] = nan; /* the end */
+    CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
     CHECK(memcmp(&e, &kept, sizeof e) == 0);
-    b.qd = qd;
+    q[STEPS * N] = was;
     memset(e.always, 0, sizeof e.always); /* no deviation: no likelihood */
     CHECK(DOUBTED(fit_outlook)(&p, &b, dt, &e, &ow) == ROLN_E_NOT_FINITE);
     e.L[0] = (roln_real)(sizeof(roln_real) > 4 ? 1e-200 : 1e-30); /* a novelty that is too large for a number */

@@ -359,6 +359,21 @@ static void test_huge_novelty(void)
     CHECK_NEAR(rolni_growth_log(1e-300), -690.77552789821L, 1e-4L);
 }
 
+/* Errors over the variance may be too small for a double: then they do not say which part or growth is likeliest. */
+static void test_vanished(void)
+{
+    static rolni_growths logs, squares;
+    double cost = 0;
+    int r;
+    for (r = 0; r < ROLNI_FLOORS; r++)
+        squares[0][r] = squares[1][r] = 1 + r, squares[2][r] = 0;
+    squares[1][2] = 0;
+    CHECK(rolni_growth_part(5, 1, logs, squares, &cost) == 0);
+    CHECK(cost < 1);
+    CHECK(rolni_growth_part(5, 2, logs, squares, &cost) == 0);
+    CHECK(cost > 1e299);
+}
+
 /* All errors at one novelty, small or huge, powers of which are beyond any float: the law says there what they are. */
 static void test_far_errors(void)
 {
@@ -437,6 +452,7 @@ void TEST_NAME(doubt)(void)
     test_rest();
     test_units_of_laws();
     test_huge_novelty();
+    test_vanished();
     test_far_errors();
     test_damaged();
     plain_test_doubt();

@@ -118,6 +118,24 @@ static void test_large_limits(void)
     CHECK(cart_i_goal_at(&p, &goal, 0, s, &cost, NULL, NULL, &w) != ROLN_OK || cost > 1);
 }
 
+/* Whatever bits the torque before has, that of a step is within the motor's limits: a torque far beyond them, of both signs, from
+   which the limit of rate alone would lead to another torque beyond them. */
+static void test_any_bits(void)
+{
+    static cart_plan_next_work w;
+    static const roln_real rate[2] = {1, 1};
+    const roln_limits limits = {.rate_each = rate};
+    const roln_goal goal = {.limits = &limits};
+    int j, k;
+    for (j = 0; j < 2; j++)
+        w.top[j] = 2, w.rate[j] = ROLN_C(0.25), w.last[j] = 2;
+    for (j = 0; j < 2; j++)
+        for (k = -4; k <= 4; k++) {
+            const roln_real want = k > 2 ? 2 : k < -2 ? -2 : (roln_real)k - (k > 0 ? ROLN_C(0.25) : k < 0 ? ROLN_C(-0.25) : 0);
+            CHECK(cart_i_plan_clip(&goal, &w, 0, j, (roln_real)k, 0) == want);
+        }
+}
+
 void TEST_NAME(robust)(void)
 {
     cart_test_robust();
@@ -125,4 +143,5 @@ void TEST_NAME(robust)(void)
     test_turns();
     test_both_sides();
     test_large_limits();
+    test_any_bits();
 }
