@@ -18,7 +18,7 @@
 #ifndef FITTED_H
 #define FITTED_H
 
-#define LEFT_OUT_COST 2e9 /* a second or two */
+#define LEFT_OUT_COST 2e9 /* a second or two; with seconds= below 50 in proportion less */
 
 enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000, KNOWN = 50000, LEFT_OUT = 8,
        DOUBTED = 4000, AHEAD = 200, OUTLOOKS = 200, RESIDUAL_TICKS = 8 /* of residual_window */ };
@@ -172,16 +172,17 @@ static void fit_torques(void)
 static roln_real novelty_left_out(int *start)
 {
     static M(evidence) others;
-    const double size = (int)M(terms), each = 2 * size * size * LEFT_OUT;
+    const double size = (int)M(terms), cost = LEFT_OUT_COST * (set("seconds") > 0 ? fmin(1, set("seconds") / 50) : 1);
+    const double all = size * size * d.samples / cost, known = 2 * LEFT_OUT * all, seen = fmax(d.samples / KNOWN, all);
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = 0};
     roln_real most = 0;
     int part, k, i;
     for (part = 0; part < LEFT_OUT && train > 1; part++) {
         memset(&others, 0, sizeof others);
-        b.count = known_samples(1 + (int)(d.samples * each / LEFT_OUT_COST), part, start);
+        b.count = known_samples(1 + (int)known, part, start);
         (void)M(evidence_add)(&s.p, &b, &others, &work[0].evidence_add); /* as of all recordings at once */
         for (k = part; k < train; k += LEFT_OUT)
-            for (i = d.first[k]; i < d.first[k + 1]; i += 1 + d.samples / KNOWN) {
+            for (i = d.first[k]; i < d.first[k + 1]; i += 1 + (int)seen) {
                 static M(work) w;
                 M(state) x;
                 M(latent) z;

@@ -77,6 +77,10 @@ BOUNDED = {
     "NAME_fit_noise": [
         ("k = 0; sum[k] < sum[best] - 2; k++", "k stops at best, below ROLNI_HALVINGS"),
     ],
+    "NAME_fit_outlook": [
+        ("h = 0; h < b->steps && st == ROLN_OK;", "h rises by one"),
+        ("k = 0; w->cost[k] > least + 4 * 4; k++", "k stops at the likeliest time, below ROLNI_TIMES"),
+    ],
     "NAME_i_encoder_fit": [
         ("k = 0; k < f->batch->count; k += now", "now is ROLN_CHART_BLOCK or what is left of a batch that is constant"),
     ],
