@@ -584,6 +584,30 @@ static void test_noise(int k)
     }
 }
 
+/* The decoder writes no number behind those that it gives. */
+static void test_behind(void)
+{
+    enum { n = units_n, N = units_N };
+    static units_params p;
+    static union {
+        units_init_work init;
+        units_decode_work decode;
+    } work;
+    struct {
+        roln_real x[2 * N], behind[N];
+    } to;
+    roln_real z[n], zd[n];
+    uint64_t seed = 6;
+    int i;
+    CHECK_OK(units_init(&p, &seed, &work.init));
+    p.scale.q = 2;
+    for (i = 0; i < N; i++)
+        p.each[i] = 3;
+    dyadic(n, ROLN_C(0.25), &seed, z), dyadic(n, ROLN_C(0.25), &seed, zd), fill(N, 7, to.behind);
+    CHECK_OK(units_i_decode(&p, z, zd, to.x, work.decode.tape, work.decode.s));
+    CHECK(all(N, to.behind, 7) && roln_all_finite(2 * N, to.x));
+}
+
 /* What a plan shall cost, of joints with units of their own and of coordinates by rows C: its gradient against differences. What a
    load does to a step, the same. Long: one model and one set of arrays for both. */
 static void test_own_units(void)
@@ -848,6 +872,7 @@ void TEST_NAME(edges)(void)
     }
     test_cost_to_go();
     test_plan_overflow();
+    test_behind();
     test_own_units();
     test_weights();
     test_errors();
