@@ -1617,9 +1617,9 @@ static int mapped_numbers(motion *d, const wanted *w, sheet *s, int kind, int n,
         if (at >= 0 && !number(s->apart, s->w[at], &v))
             fail("%s:%d: column %d: expected a number, found \"%s\"\nhint: %s", d->path, s->row, at + 1, quoted(s->w[at]),
                  mend_of(s->w[at]));
+        v *= s->factor[kind][i];
         if (!(fabs(v) < 3e38)) return 0;
         if (at >= 0) check_mark(d, s, at);
-        v *= s->factor[kind][i];
         if (kind == OF_TAU) keep_torque(d, w, i, v);
         else x[i] = (roln_real)v;
     }
@@ -2561,6 +2561,25 @@ static double longest_step(const motion *d, int k, double dt)
     return GAP * (usual > GAP * dt ? dt : fmax(dt, usual));
 }
 
+/* Refuses numbers that were finite in the file, and are no longer: at one rate, filtered, as derivatives, with noise. */
+static void check_finite(const motion *d)
+{
+    static const char *const names[] = {"q", "qd", "qdd", "tau", "tau"};
+    const roln_real *const of[] = {d->q, d->qd, d->qdd, d->tau, d->tau_mid};
+    int kind, i, k = 0;
+    for (kind = 0; kind < 5; kind++) {
+        const int columns = kind < 3 ? d->N : d->forces;
+        for (i = 0; of[kind] && i < d->samples * columns; i++) {
+            if (roln_all_finite(1, of[kind] + i)) continue;
+            while (d->first[k + 1] <= i / columns)
+                k++;
+            fail("%s: recording %d: %s %d overflows\nhint: look for a wild number there; a column map takes other units: q=2:7,mm, "
+                 "say",
+                 d->file[k], k + 1, names[kind], i % columns + 1);
+        }
+    }
+}
+
 /* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
    lose half of it at both ends, where the filter sees too little of a side. exact: samples at the new times stay as they are. Gaps
    split recordings. */
@@ -2597,6 +2616,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
         }
     }
     e.first[e.trajectories] = e.samples;
+    check_finite(&e);
     return e;
 }
 
@@ -2878,6 +2898,7 @@ static void finish(motion *d, const wanted *w)
             d->tau_mid[i] = d->measured || first ? d->tau[i] : (d->tau[i - F] + d->tau[i]) / 2;
             if (d->measured && !last) d->tau[i] = (d->tau[i] + d->tau[i + F]) / 2;
         }
+    check_finite(d);
 }
 
 /* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints or, with each, of every
@@ -2905,6 +2926,7 @@ static void add_noise(motion *d, double level, int each, uint64_t seed, double *
         if (d->fields[i].kind == OF_Q) d->fields[i].noise = hypot(d->fields[i].noise, sd[d->fields[i].index]);
     differences(d, d->q, d->qd);
     differences(d, d->qd, d->qdd);
+    check_finite(d);
 }
 
 /* Leaves recordings out that have fewer than 2 half + 1 samples. */
@@ -2966,6 +2988,7 @@ static void smooth(motion *d, int half)
         }
     }
     free(y);
+    check_finite(d);
 }
 
 /* ---- 11 recordings ---- */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_csv.c - recordings: examples/recording.h, the reader of train.c, of a file that is the input behind its first byte, which
-   says what the model is like. What is read is finite, and at one rate; of even steps of t it has as many samples as the file has
-   lines with something in them. What is refused ends the program, here the call, with the file, what is wrong, and a hint. */
+   says what the model is like. What is read is at one rate, is finite and stays so. Of even steps of t it has as many samples as
+   the file has lines with something in them. What is refused ends the program, here the call, with the file, what is wrong, and a
+   hint. */
 #include "roln_spd.h"
 #include <ctype.h>
 #include <limits.h>
@@ -100,23 +101,32 @@ static int file_say(const char *format, ...)
 #undef fputc
 #undef fflush
 
-/* Lines whose first letter, behind blanks, quotes, a sign and a decimal mark, is a digit: samples, in a file that is taken. */
-static int samples_of(void)
+/* Nonzero if a file that is taken has so many samples: lines whose first letter, behind blanks, quotes, a sign and a decimal mark,
+   is a digit. A tab in front of it may be a column without text; such a line may be text. */
+static int can_be(int samples)
 {
     const char *p = file.text, *const behind = p + file.size;
-    int count = 0;
+    int count = 0, perhaps = 0;
     while (p < behind) {
+        const char *const line = p;
         if (behind - p > 2 && memcmp(p, "\xef\xbb\xbf", 3) == 0) p += 3; /* of a file behind another, too */
         while (p < behind && strchr(" \t\"'", *p))
             p++;
         if (p < behind && (*p == '+' || *p == '-')) p++;
         if (p < behind && (*p == '.' || *p == ',')) p++;
-        count += p < behind && isdigit((unsigned char)*p);
+        if (p < behind && isdigit((unsigned char)*p)) *(memchr(line, '\t', (size_t)(p - line)) ? &perhaps : &count) += 1;
         while (p < behind && *p != '\n' && *p != '\r')
             p++;
         p += p < behind;
     }
-    return count;
+    return samples >= count && samples <= count + perhaps;
+}
+
+static int is_finite(const motion *d)
+{
+    const int joints = d->samples * d->N, forces = d->samples * d->forces;
+    return roln_all_finite(joints, d->q) && roln_all_finite(joints, d->qd) && roln_all_finite(joints, d->qdd) &&
+           roln_all_finite(forces, d->tau) && roln_all_finite(forces, d->tau_mid);
 }
 
 static void judge(const motion *d, const wanted *w)
@@ -124,12 +134,11 @@ static void judge(const motion *d, const wanted *w)
     const int samples = d->samples;
     int k;
     CLAIM(samples > 1 && d->trajectories >= 1 && d->trajectories <= samples && d->first[0] == 0);
-    CLAIM(!memchr(file.text, 0, file.size) && (file.changed || samples == samples_of()));
+    CLAIM(!memchr(file.text, 0, file.size) && (file.changed || can_be(samples)));
     CLAIM(d->first[d->trajectories] == samples && d->dt >= 1e-6 && d->dt <= 1e6);
     for (k = 0; k < d->trajectories; k++)
         CLAIM(d->first[k] < d->first[k + 1]);
-    CLAIM(roln_all_finite(samples * d->N, d->q) && roln_all_finite(samples * d->N, d->qd));
-    CLAIM(roln_all_finite(samples * d->forces, d->tau) && d->N == w->N);
+    CLAIM(is_finite(d) && d->N == w->N);
     CLAIM(d->has_tau || !w->torque);
     CLAIM(d->has_qd || w->half > 0);
 }
@@ -153,6 +162,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         judge(&d, &w);
         if (w.half > 0) smooth(&d, w.half);
         if (kind & 64) add_noise(&d, 0.01, (int)(kind >> 7), 1, sd);
+        CLAIM(is_finite(&d));
     }
     if (file.f) file_close(file.f);
     for (i = 0; i < ROOMS; i++)
