@@ -39,7 +39,7 @@
 #define ROLN_MLP 4
 #include "roln.h"
 
-/* Four coordinates, and the most that have squares. */
+/* Four coordinates, more degrees of one number than of their products; and the most coordinates that have squares. */
 #define ROLN_NAME dog
 #define ROLN_AE 4
 #define ROLN_MLP 4
@@ -118,6 +118,9 @@ static int products(int count, const ld *x, int degree, ld so_far, int any, ld *
 #include "doubted.h"
 #undef DOUBTED
 #define DOUBTED(x) centipede_##x
+#include "doubted.h"
+#undef DOUBTED
+#define DOUBTED(x) dog_##x
 #include "doubted.h"
 #undef DOUBTED
 
@@ -460,5 +463,6 @@ void TEST_NAME(doubt)(void)
     sheet_test_doubt();
     bead_test_doubt();
     centipede_test_doubt();
+    dog_test_doubt();
     test_middle();
 }
