@@ -436,6 +436,34 @@ static void check_needs(const roln_model *md, const char *name, int needed, cons
     CHECK(i == needed && *at == 0);
 }
 
+/* Whatever bit of whatever number turns, the mark is another one; so it is where two numbers change places. */
+static void test_mark(void)
+{
+    enum { N = 6 };
+    roln_real x[N];
+    uint64_t seed = 3;
+    roln_bits mark;
+    int i, k;
+    for (i = 0; i < N; i++)
+        x[i] = roln_normal(&seed);
+    mark = rolni_mark(N, x, 0);
+    CHECK(rolni_mark(0, x, mark) == mark && rolni_mark(2, x + 4, rolni_mark(4, x, 0)) == mark);
+    for (i = 0; i < N; i++)
+        for (k = 0; k < (int)(8 * sizeof *x); k++) {
+            const roln_real was = x[i];
+            x[i] = rolni_real(rolni_bits(was) ^ (roln_bits)1 << k);
+            CHECK(rolni_mark(N, x, 0) != mark);
+            x[i] = was;
+        }
+    for (i = 0; i < N; i++)
+        for (k = 0; k < i; k++) {
+            const roln_real was = x[i];
+            x[i] = x[k], x[k] = was;
+            CHECK(rolni_mark(N, x, 0) != mark);
+            x[k] = x[i], x[i] = was;
+        }
+}
+
 static void test_needs(void)
 {
 #define NEEDS_OF(of, ...) NEEDS_WITH(of, OF_MLP, OF_CHOLESKY, "FORMAT_3", __VA_ARGS__)
@@ -675,5 +703,6 @@ void TEST_NAME(pack)(void)
     test_last_sizes();
     test_write();
     test_needs();
+    test_mark();
     print_bounds();
 }
