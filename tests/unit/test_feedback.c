@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Torques of motors and feedback of least cost: NAME_allocate against damped least squares, NAME_gains, NAME_lqr and NAME_lqr_along
-   against the equations that they solve, and what they refuse. */
+   against the equations that they solve, and what they refuse; triangles of motors. */
 #ifndef ROLN_DOUBLE /* before small.h, whose dt their arguments would shadow */
 #include "arm.h"
 #include "arm_weights.h"
@@ -605,9 +605,62 @@ static void test_lqr(int k, int two)
     }
 }
 
+/* R is a triangle with pivots above rounding errors: 8 (n + count) eps of the largest number above each. What lies below it and
+   behind it does not count. R^T R y is solved by it. */
+static void test_triangles(void)
+{
+    enum { MOST = 6, count = 3 };
+    uint64_t seed = 4;
+    int n, i, k;
+    for (n = 1; n <= MOST; n++) {
+        const roln_real part = 8 * (roln_real)(n + count) * ROLN_EPS;
+        roln_real R[MOST * (MOST + 2)], y[MOST + 1];
+        long double x[MOST], Rx[MOST] = {0};
+        fill(MOST * (MOST + 2), (roln_real)NAN, R), fill(MOST + 1, 7, y);
+        for (i = 0; i < n; i++)
+            for (x[i] = (long double)roln_normal(&seed), k = i; k < n; k++)
+                R[i * n + k] = i == k ? 1 + roln_uniform(&seed) : roln_uniform(&seed) / MOST;
+        CHECK(rolni_spans(n, count, R) == 1);
+        for (i = 0; i < n; i++)
+            for (k = i; k < n; k++)
+                Rx[i] += (long double)R[i * n + k] * x[k];
+        for (i = 0; i < n; i++) {
+            long double sum = 0;
+            for (k = 0; k <= i; k++)
+                sum += (long double)R[k * n + i] * Rx[k];
+            y[i] = (roln_real)sum;
+        }
+        rolni_solve_square(n, R, y);
+        for (i = 0; i < n; i++)
+            CHECK_NEAR(y[i], x[i], 100 * (double)ROLN_EPS);
+        CHECK(all(1, y + n, 7));
+        for (i = 0; i < n; i++) {
+            roln_real *const pivot = R + i * (n + 1), was = *pivot, top = 0;
+            for (k = 0; k < i; k++)
+                top = ROLN_MAX(top, R[k * n + i]);
+            for (k = -1; k <= 1; k += 2) {
+                *pivot = i > 0 ? (roln_real)k * part * top * ROLN_C(1.25) : (roln_real)k * ROLN_C(1e-20);
+                CHECK(rolni_spans(n, count, R) == 1);
+                *pivot = i > 0 ? (roln_real)k * part * top * ROLN_C(0.8) : 0;
+                CHECK(rolni_spans(n, count, R) == 0);
+            }
+            *pivot = (roln_real)NAN;
+            CHECK(rolni_spans(n, count, R) == 0);
+            *pivot = was;
+        }
+        for (i = 0; i < n; i++) {
+            fill(MOST + 1, 7, y);
+            for (k = 0; k < n; k++)
+                y[k] = (roln_real)(k == i ? -3 : k % 3 - 1);
+            CHECK_NEAR(rolni_largest(n, y), 3, 0);
+        }
+    }
+}
+
 void TEST_NAME(feedback)(void)
 {
     int k;
+    test_triangles();
 #ifndef ROLN_DOUBLE
     test_light_states();
 #endif
