@@ -249,19 +249,20 @@ class Bench:
         self.restore(m)
         return path if compiled else None
 
-    def read(self, test, bits):
-        """What the preprocessor makes of a test file: code of other machines is not in it."""
+    def preprocessed(self, test, bits):
+        """The hash of a test file as the preprocessor leaves it."""
         path = DIR + "/mutant.i"
         self.compile(test, bits, path, GCC + ["-E", "-P"])
         with open(path, "rb") as text:
             return hashlib.sha256(text.read()).digest()
 
     def unseen(self, m, test, bits):
+        """True if the preprocessor removes the mutant, as it does with code of other machines."""
         key = test, bits
         if key not in self.texts:
-            self.texts[key] = self.read(test, bits)
+            self.texts[key] = self.preprocessed(test, bits)
         self.mutate(m)
-        text = self.read(test, bits)
+        text = self.preprocessed(test, bits)
         self.restore(m)
         return text == self.texts[key]
 
@@ -273,7 +274,9 @@ class Bench:
         asked += [(t, 32, compiler) for compiler in (GCC, SANITIZED) for t in others]
         differs = set()
         for test, bits, compiler in asked:
-            if test not in differs if compiler == SANITIZED else self.unseen(m, test, bits):
+            if compiler == SANITIZED and test not in differs:
+                continue
+            if compiler == GCC and self.unseen(m, test, bits):
                 continue
             mutated = self.build(m, test, bits, compiler)
             if compiler == GCC and not mutated:

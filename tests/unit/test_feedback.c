@@ -605,8 +605,8 @@ static void test_lqr(int k, int two)
     }
 }
 
-/* R is a triangle with pivots above rounding errors: 8 (n + count) eps of the largest number above each. What lies below it and
-   behind it does not count. R^T R y is solved by it. */
+/* rolni_spans: the least pivot is 8 (n + count) eps times the largest number above it. rolni_solve_square solves R^T R y. Neither
+   reads numbers below or behind the triangle R [n][n]. rolni_largest reads n numbers. */
 static void test_triangles(void)
 {
     enum { MOST = 6, count = 3 };

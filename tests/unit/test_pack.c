@@ -436,7 +436,7 @@ static void check_needs(const roln_model *md, const char *name, int needed, cons
     CHECK(i == needed && *at == 0);
 }
 
-/* Whatever bit of whatever number turns, the mark is another one; so it is where two numbers change places. */
+/* Each bit of each number changes the mark. So does a swap of two numbers. */
 static void test_mark(void)
 {
     enum { N = 6 };
