@@ -15,7 +15,7 @@
 static const roln_real most[arm_N] = {60, 120, 60, 15, 15, 8}; /* Nm */
 static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, about 30 rad/s */
 static const roln_real damp[arm_N] = {80, 160, 52, ROLN_C(3.2), ROLN_C(3.2), ROLN_C(1.1)};
-/* Novelty is that of arm_limits.h, margin twice that. */
+/* Novelty is that of arm_limits.h, rounded, and margin is twice that: after a training of your own write its numbers here. */
 static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .hold = 5, .tau_each = most,
                                    .evidence = arm_known.L, .novelty = 211};
 
@@ -27,6 +27,7 @@ static const roln_noise noise = {
 typedef struct {
     arm_filter filter; /* filter.s: z, zd */
     uint32_t seen;     /* bits of arm_filter_tick in this tick. Not bits of a guard: 1, 2 and 16 mean other things there */
+    int gap;           /* ticks in a row in which a joint was not measured, at most noise.lost + 1 */
     arm_state x;       /* q, qd of the estimate */
     arm_latent s;      /* what arm_tick encodes of these */
     arm_target target;
@@ -36,16 +37,19 @@ typedef struct {
     arm_filter_tick_work filterwork;
 } controller;
 
-/* Angles and velocities from what the encoders count, and the torques that were held since they did so before. Nonzero: there is an
-   estimate to act on, in c->filter.s and c->x. A filter that starts has an estimate, at rest, which counts the first time. One that
-   starts again has lost its estimate, or has left out a joint in six ticks in a row: an encoder may have slipped. There is then no
-   estimate to act on until somebody has found the cause and zeroes c->filter. */
+/* Angles and velocities from the counts of the encoders and the torques that were held since the last counts. Nonzero: there is an
+   estimate to act on, in c->filter.s and c->x. A filter that starts has an estimate, at rest.
+   The filter bridges a joint that is not measured without end, so this function counts: after noise.lost ticks in a row there is no
+   estimate to act on until all joints are measured again. A filter that starts again has lost its estimate, or has left out a
+   joint in more than noise.lost ticks in a row: an encoder may have slipped. There is then no estimate to act on until somebody has
+   found the cause and zeroes c->filter. */
 static int observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
 {
     for (int i = 0; i < arm_N; i++)
         c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     c->seen = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
-    return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 && c->filter.f.starts < 2 &&
+    c->gap = c->seen & ROLN_FILTER_MISSING ? ROLN_MIN(c->gap, noise.lost) + 1 : 0;
+    return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 && c->filter.f.starts < 2 && c->gap <= noise.lost &&
            arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) == ROLN_OK;
 }
 

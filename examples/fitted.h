@@ -202,8 +202,9 @@ static const char *fit_limits(int *start)
     const roln_batch b = guard_windows(start);
     roln_limits *l = &found.limits;
     roln_status st;
-    l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = RESIDUAL_TICKS, l->tau = 1;
     l->false_alarms = (roln_real)set("false_alarms");
+    l->hold = l->false_alarms > 0 ? 3 : 5; /* alarms raise the limit by e^(hold/8) before the guard expires */
+    l->dt = (roln_real)d.dt, l->residual_window = RESIDUAL_TICKS, l->tau = 1;
     if (!found.no_evidence) l->evidence = found.evidence.L;
     l->motors = &elsewhere;
     st = M(fit_limits)(&s.p, &b, SLACK, l, found.tau, found.rate, &work[0].fit_limits);

@@ -14,7 +14,8 @@
 
 static const roln_real motor_at[2] = {1, 0}; /* B: at the arm alone */
 static const roln_motors motors = {1, motor_at, 0};
-/* Novelty is that of furuta_limits.h, margin about twice that: a swing-up is faster than what was recorded. */
+/* Novelty is that of furuta_limits.h, rounded. Margin is about twice that: a swing-up is faster than what was recorded. After a
+   training of your own write its numbers here. */
 static const roln_limits limits = {.dt = TICK, .margin = 1, .tau = TORQUE, .hold = 5, .motors = &motors,
                                    .evidence = furuta_known.L, .novelty = 189};
 static const furuta_latent upright = {{0, PI}, {0, 0}};

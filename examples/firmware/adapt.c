@@ -15,7 +15,7 @@
    test the step, the roll-out of each held-out window with the new weights, and the save. A step that its samples refuse is tried
    again with more damping, TRIES times in all.
 
-   The new weights are taken if they predict the held-out windows no worse (held_out.h). Else the weights in use stay, and the rows
+   The new weights are taken if errors on the held-out windows do not grow in sum (held_out.h). Else the weights in use stay, and the rows
    still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
    changed, and learning begins with empty sums; so it does after REFUSALS in a row. The weights in use are the last good ones.
 
@@ -362,7 +362,7 @@ static void judge(memory *m)
     else refuse(m);
 }
 
-/* Does it predict the held-out windows no worse? */
+/* Do errors on the held-out windows not grow? */
 static void compare(memory *m)
 {
     const int k = turn.compared;

@@ -36,8 +36,9 @@ static int held_near(float error, int count, const float *now)
 }
 
 /* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not
-   grow. The windows that become better must outnumber those that become worse by count / 8, and by one at least. Nothing is better
-   than a median of 0. */
+   grow. The windows that become better must outnumber those that become worse by count / 8, and by one at least. No roll-out may
+   fail that did not fail before. Nothing is better than a median of 0. So a single window may become worse, up to HELD_FAR medians,
+   and any error beyond these may grow. */
 static int held_no_worse(int count, const float *now, const float *next)
 {
     const float middle = held_median(count, now);
@@ -46,6 +47,7 @@ static int held_no_worse(int count, const float *now, const float *next)
     if (!(middle > 0)) return 0;
     for (int i = 0; i < count; i++) { /* in medians: no square is too small or too large */
         const float x = now[i] / middle, y = next[i] / middle;
+        if (now[i] < HELD_FAILED && !(next[i] < HELD_FAILED)) return 0;
         const float a = x < HELD_FAR ? x : HELD_FAR, b = y < HELD_FAR ? y : HELD_FAR;
         change += b * b - a * a;
         better += (b < a) - (b > a);

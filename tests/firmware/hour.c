@@ -112,6 +112,13 @@ static void test_held(void)
         next[i] = 0.5f;
     next[3] = NAN;
     check(!held_no_worse(16, now, next), "a NaN is accepted", 0);
+    for (int i = 0; i < 16; i++) /* two windows of bad data: 20 medians count as 16, and so does 1,000 */
+        now[i] = i < 2 ? 20 : 1, next[i] = i < 2 ? 1000 : 0.9f;
+    check(held_no_worse(16, now, next), "windows of bad data decide", 0);
+    next[1] = HELD_FAILED;
+    check(!held_no_worse(16, now, next), "a roll-out that fails anew is accepted", 0);
+    now[1] = HELD_FAILED;
+    check(held_no_worse(16, now, next), "a roll-out that failed before decides", 0);
     check(!held_no_worse(0, now, next) && held_median(0, now) == 0, "accepted without windows", 0);
     for (int count = 1; count <= 16; count++) { /* the answer does not depend on the unit, and nothing is better than no error */
         for (int i = 0; i < count; i++)

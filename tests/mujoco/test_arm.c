@@ -50,6 +50,36 @@ static void test_slip(int slip)
     CHECK((controller_tick(&ctl, counts, still, still, still) & ~ROLN_CLIPPED) == 0 && ROLN_ABS(ctl.guard.tau[1]) > 0);
 }
 
+/* From joint first on no count comes. noise.lost ticks are bridged, and the motors go on; limits.hold more ticks have the last
+   torque, those behind them the safe one, also when counts come back. Once filter and guard.g are zeroed, the motors move again. */
+static void test_lost(int first)
+{
+    static controller ctl;
+    const roln_real still[JOINTS] = {0};
+    const int all[JOINTS] = {0};
+    int counts[JOINTS] = {0}, i, k;
+    memset(&ctl, 0, sizeof ctl);
+    for (i = first; i < JOINTS; i++)
+        counts[i] = LOST;
+    for (k = 0; k < 100; k++) { /* gaps that are bridged, and a tick between them */
+        const int *const count = k < 30 || k % (noise.lost + 1) == 0 ? all : counts;
+        CHECK((controller_tick(&ctl, count, still, still, still) & ~ROLN_CLIPPED) == 0 && ROLN_ABS(ctl.guard.tau[1]) > 0);
+        CHECK(((ctl.seen & ROLN_FILTER_MISSING) != 0) == (count == counts));
+    }
+    CHECK((controller_tick(&ctl, all, still, still, still) & ~ROLN_CLIPPED) == 0);
+    for (k = 0; k < 1000; k++) {
+        const uint32_t faults = controller_tick(&ctl, k < 900 ? counts : all, still, still, still) & ~ROLN_CLIPPED;
+        const int held = noise.lost + limits.hold;
+        CHECK(k >= 900 || ((faults & ROLN_FAULT_STATUS) != 0) == (k >= noise.lost));
+        CHECK(((faults & ROLN_FAULT_EXPIRED) != 0) == (k >= held));
+        for (i = 0; i < JOINTS; i++)
+            CHECK(k < held || (!(ctl.guard.tau[i] > 0) && !(ctl.guard.tau[i] < 0)));
+        CHECK(k >= held || ROLN_ABS(ctl.guard.tau[1]) > 0);
+    }
+    memset(&ctl.filter, 0, sizeof ctl.filter), memset(&ctl.guard.g, 0, sizeof ctl.guard.g);
+    CHECK((controller_tick(&ctl, all, still, still, still) & ~ROLN_CLIPPED) == 0 && ROLN_ABS(ctl.guard.tau[1]) > 0);
+}
+
 /* Accelerations anywhere, then half a second of motion by the same scheme and steps. */
 void test_arm(void)
 {
@@ -60,6 +90,8 @@ void test_arm(void)
     test_no_start(100 * STEPS, ROLN_FAULT_RANGE);
     test_no_start(LOST, ROLN_FILTER_NONE);
     test_slip(200), test_slip(-33);
+    test_lost(0), test_lost(1), test_lost(JOINTS - 1);
+    CHECK_NEAR(limits.novelty, arm_limits.novelty, 0.5); /* rounded */
     test_holes();
     if (!CHECK(m != NULL)) return;
     d = mj_makeData(m);

@@ -78,6 +78,7 @@ void test_furuta(void)
     d = mj_makeData(m);
     test_plant();
     test_holes();
+    CHECK_NEAR(limits.novelty, furuta_limits.novelty, 0.5); /* rounded */
     for (int k = 0; k < 5; k++)
         test_swing_up(0.01 + 0.7 * k);
     mj_deleteData(d);
