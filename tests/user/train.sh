@@ -625,7 +625,8 @@ check 'false_alarms: the rate, and a limit below that of all' awk '
     function value(x) { gsub(/[^0-9.e+-]/, "", x); return x + 0 }
     FNR == 1 { file++ } / residual, / { limit[file] = value($1) } /false_alarms, part/ { rate[file] = value($1) }
     / hold, / { hold[file] = value($1) }
-    END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2 && hold[1] == 5 && hold[2] == 3) }' $dir/own_limits5.h $dir/own_limits.h
+    END { exit !(rate[2] == 0.01 && rate[1] == 0 && limit[2] > 0 && limit[2] < limit[1] / 2 && hold[1] == 5 && hold[2] == 3) }' \
+    $dir/own_limits5.h $dir/own_limits.h
 check 'false_alarms=1' ends 1 'false_alarms=1: expected a number, 0 .. 0.5' $dir/motor $dir/motor.csv torque=1 false_alarms=1 \
     out=$dir/own
 check 'false_alarms of which no window is one' ends 1 \
