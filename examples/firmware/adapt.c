@@ -16,8 +16,9 @@
    again with more damping, TRIES times in all.
 
    The new weights are taken if errors on the held-out windows do not grow in sum (held_out.h). Else the weights in use stay, and
-   the rows still count in the next step. If more than half of the held-out windows are predicted far worse than before, the machine has
-   changed, and learning begins with empty sums; so it does after REFUSALS in a row. The weights in use are the last good ones.
+   the rows still count in the next step. If more than half of the held-out windows are predicted far worse than before, the
+   machine has changed, and learning begins with empty sums; so it does after REFUSALS in a row. The weights in use are the last
+   good ones.
 
    All that a turn changes is saved at its end. After a reset or a power cut the program goes on from the last save, so that what
    followed it is done again, at most a turn unless windows were dropped; what it learned is the same to the last bit, however
