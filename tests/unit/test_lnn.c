@@ -4,6 +4,7 @@
 
    Errors of maps and gradients are counted in units of their condition: what moving every input by one eps at random moves
    the result (measured on the library itself), so that a bound does not depend on how the weights were drawn. */
+#include <stdlib.h>
 #include "roln_lnn.h"
 #include "network.h"
 
@@ -284,6 +285,30 @@ static void check_terms(roln_lnn f, uint64_t *seed)
         CHECK(terms(th, x.s, q, X1, tape, w) == ROLN_OK);
         for (i = 0; i < NTERMS; i++) CHECK(i == q || same(at[i + 1] - at[i], X + at[i], X1 + at[i]));
     }
+    fresh_done();
+}
+
+/* roln_lnn_zdd_jac reads and writes 2 n^2 numbers of D, n^2 of W, which is M^-1. The sanitizers watch the ends of both. */
+static void check_zdd_jac(roln_lnn f, uint64_t *seed)
+{
+    const int n = f.n, n2 = n * n;
+    roln_real *th = weights(&f, seed), *M = fresh(term_at(NTERMS)), *zdd = fresh(n), *tape = fresh(TAPE(1, 1, 1));
+    const inputs x = draw(&f, th, ZDD, 1, 0, seed);
+    roln_real *work = fresh(ROLN_MAX(ROLN_LNN_ZDD_WORK(SZ, 2, 1), ROLN_MAX(TERMS_WORK, ROLN_LNN_ZDD_JAC_WORK(SZ))));
+    roln_real *D = malloc(2 * (size_t)n2 * sizeof *D), *W = malloc((size_t)n2 * sizeof *W);
+    int i, j, k;
+    CHECK(D && W && terms(th, x.s, -1, M, tape, work) == ROLN_OK); /* M comes first */
+    CHECK(roln_lnn_zdd(&f, 2, 1, th, x.s, x.a[0], zdd, tape, work) == ROLN_OK);
+    roln_lnn_zdd_jac(&f, th, D, W, tape, work);
+    CHECK(roln_all_finite(2 * n2, D));
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            ld e = i == j ? -1 : 0, all = 1;
+            for (k = 0; k < n; k++)
+                e += (ld)M[i * n + k] * (ld)W[k * n + j], all += fabsl((ld)M[i * n + k] * (ld)W[k * n + j]);
+            BOUND("zdd_jac: M W = I (eps)", fabsl(e) / (all * EPS), 30);
+        }
+    free(D), free(W);
     fresh_done();
 }
 
@@ -864,5 +889,7 @@ void TEST_NAME(lnn)(void)
     test_cyclic(&seed);
     for (i = 0; i < 2; i++)
         for (T = 0; T <= 2; T++) check_mlp(polynomials[i], T, 1 + (i + T) % 3, &seed);
+    for (n = 1; n <= 5; n++)
+        for (base = 0; base < 2; base++) check_zdd_jac(shape(n, base, 3, 7, 5), &seed);
     print_bounds();
 }
