@@ -70,7 +70,7 @@ for m in chain pend16; do
 done
 # MHz that evidence adds for 1 kHz: from twice the instructions of firmware.md of a tick, without and with it
 more=$(awk -F '[|] *' '/^[|] (chain|pend16), M4F [|] [0-9.]+ [|]/ {
-    printf "%d ", sprintf("%.0f", 2 * $9) - sprintf("%.0f", 2 * $3) }' docs/firmware.md)
+    printf "%.0f ", 2 * ($9 - $3) }' docs/firmware.md)
 check "grep 'evidence.* adds $(echo $more | sed 's/ / and /') MHz' README.md"
 for f in docs/firmware.md docs/task.md; do
     check "grep 'evidence. adds $(echo $more | sed 's/ / MHz (chain) or /') MHz (pend16)' $f"
