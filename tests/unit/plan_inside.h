@@ -15,6 +15,7 @@ typedef struct {
     roln_status (*base)(const instance *m, const roln_goal *g, const plan_at *pl, roln_real *cost, int *in, void *work);
     roln_status (*solve)(const roln_goal *g, roln_real *gap, void *work);
     roln_status (*next)(const instance *m, const roln_goal *g, const roln_real *s, void *work, roln_plan *made);
+    int (*expects)(const instance *m, int k, int of, roln_real *x, roln_real *d, void *work);
 } plan_inside;
 
 #endif
@@ -57,5 +58,14 @@ ROLN_FN roln_status C_(c_inside_next)(const instance *m, const roln_goal *g, con
     return st;
 }
 
-static const plan_inside C_(inside) = {
-    .start = C_(c_inside_start), .base = C_(c_inside_base), .solve = C_(c_inside_solve), .next = C_(c_inside_next)};
+/* Nonzero if the derivatives of step k that are kept, of a model `of`, serve model 1 at s0 and u0: x, d as of NAME_i_plan_near. */
+ROLN_FN int C_(c_inside_expects)(const instance *m, int k, int of, roln_real *x, roln_real *d, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    C_(plan_next_work) *const w = (C_(plan_next_work) *)work;
+    w->model = 1, C_(kept).of[k] = (roln_bits)of;
+    return C_(i_plan_near)(&p, &C_(kept), k, w, x, d);
+}
+
+static const plan_inside C_(inside) = {.start = C_(c_inside_start), .base = C_(c_inside_base), .solve = C_(c_inside_solve),
+                                       .next = C_(c_inside_next), .expects = C_(c_inside_expects)};

@@ -217,6 +217,57 @@ static void test_gradient(int k)
     }
 }
 
+/* Derivatives that are kept serve a step of the same model if no number has moved too far. They expect the state to + d after it,
+   d = A (s0 - at) + B (u0 - at). */
+static void test_near(int k)
+{
+    static task x;
+    const int n = n_OF(k), n2 = 2 * n, motors = models[k]->motors;
+    uint64_t s = 40 + (uint64_t)k;
+    roln_real to[2 * MAXN], d[2 * MAXN];
+    plan_at pl;
+    instance m;
+    plan_arrays b;
+    roln_real *work;
+    int l, i, j;
+    place(k, &s, &x);
+    pl = planned(&x), m = model_of(&x);
+    work = lay(&x, &pl, &b);
+    dyadic(STEPS * n2 * n2, 1, &s, b.A), dyadic(STEPS * n2 * motors, 1, &s, b.B), dyadic(STEPS * (n2 + motors), 1, &s, b.at);
+    dyadic(STEPS * n2, 1, &s, b.to), dyadic(STEPS * n2, 1, &s, b.s0), dyadic(STEPS * motors, 1, &s, b.u0);
+    for (l = 0; l < STEPS; l++) {
+        roln_real *const s0 = b.s0 + l * n2, *const u0 = b.u0 + l * motors, *const at = b.at + l * (n2 + motors);
+        CHECK(inside[k]->expects(&m, l, 1, to, d, work) && !inside[k]->expects(&m, l, 2, to, d, work));
+        CHECK(inside[k]->expects(&m, l, 1, to, d, work));
+        for (i = 0; i < n2; i++) {
+            ld sum = 0, size = 1;
+            for (j = 0; j < n2 + motors; j++) {
+                const ld part = j < n2 ? (ld)b.A[(l * n2 + i) * n2 + j] * ((ld)s0[j] - (ld)at[j])
+                                       : (ld)b.B[(l * n2 + i) * motors + j - n2] * ((ld)u0[j - n2] - (ld)at[j]);
+                sum += part, size += fabsl(part);
+            }
+            BOUND("near: d (eps)", fabsl((ld)d[i] - sum) / (size * EPS), 4);
+            BOUND("near: x (eps)", fabsl((ld)to[i] - (ld)b.to[l * n2 + i] - sum) / (size * EPS), 4);
+        }
+        for (i = 0; i < n2 + motors; i++) { /* 1/16 of what was seen: z of -100 to 100, zd up to 100 */
+            const roln_real was = at[i];
+            if (i < n2) {
+                const roln_real far = i < n ? ROLN_C(12.5) : ROLN_C(6.25);
+                at[i] = s0[i] - far;
+                CHECK(inside[k]->expects(&m, l, 1, to, d, work));
+                at[i] = s0[i] + far * ROLN_C(1.01);
+            } else {
+                for (j = n; j < n2; j++) /* any velocity */
+                    if (ROLN_ABS(b.B[(l * n2 + j) * motors + i - n2]) >= ROLN_C(0.125)) break;
+                if (j == n2) continue;
+                at[i] = u0[i - n2] + 1000;
+            }
+            CHECK(!inside[k]->expects(&m, l, 1, to, d, work));
+            at[i] = was;
+        }
+    }
+}
+
 /* The feedback of a plan that no limit touches is that of NAME_lqr_along, on its base. */
 static void test_feedback(int k)
 {
@@ -1010,6 +1061,7 @@ void TEST_NAME(plan)(void)
         test_follow(k);
         if (k == DEEP) continue; /* J of size 1e3, with weights of its square: beyond the digits of float, and of differences */
         test_gradient(k);
+        test_near(k);
         test_feedback(k);
         held += test_kept(k), wrong += test_kept_wrong(k);
         test_loop(k);
