@@ -312,6 +312,34 @@ static void check_zdd_jac(roln_lnn f, uint64_t *seed)
     fresh_done();
 }
 
+/* rolni_exp_directions: R U_j R^T by the definition, of n directions and of one more. The sanitizers watch the ends of all. */
+static void check_directions(int n, uint64_t *seed)
+{
+    const int nn = n * n, tri = ROLN_TRI(n), sizes[5] = {nn, n * tri, tri, (n + 1) * nn, (n + 1) * nn};
+    roln_real *x[5], U[MAXN * MAXN]; /* R, u, v, F, work */
+    int i, j, k, a, b;
+    for (i = 0; i < 5; i++) {
+        x[i] = malloc((size_t)sizes[i] * sizeof **x);
+        if (!CHECK(x[i] != NULL)) return;
+        for (k = 0; k < sizes[i]; k++) x[i][k] = roln_normal(seed);
+    }
+    rolni_exp_directions(n, n + 1, x[0], x[1], x[2], x[3], x[4]);
+    for (j = 0; j <= n; j++) {
+        rolni_sym(n, j < n ? x[1] + j * tri : x[2], U);
+        for (i = 0; i < n; i++)
+            for (k = 0; k < n; k++) {
+                ld sum = 0, all = 0;
+                for (a = 0; a < n; a++)
+                    for (b = 0; b < n; b++) {
+                        const ld part = (ld)x[0][i * n + a] * (ld)U[a * n + b] * (ld)x[0][k * n + b];
+                        sum += part, all += fabsl(part);
+                    }
+                BOUND("directions: R U R^T (eps)", fabsl((ld)x[3][j * nn + i * n + k] - sum) / (all * EPS), 10);
+            }
+    }
+    for (i = 0; i < 5; i++) free(x[i]);
+}
+
 #ifdef ROLN_DOUBLE
 static struct {
     inputs x;
@@ -891,5 +919,6 @@ void TEST_NAME(lnn)(void)
         for (T = 0; T <= 2; T++) check_mlp(polynomials[i], T, 1 + (i + T) % 3, &seed);
     for (n = 1; n <= 5; n++)
         for (base = 0; base < 2; base++) check_zdd_jac(shape(n, base, 3, 7, 5), &seed);
+    for (n = 1; n <= 5; n++) check_directions(n, &seed);
     print_bounds();
 }
