@@ -27,7 +27,7 @@ static const roln_noise noise = {
 typedef struct {
     arm_filter filter; /* filter.s: z, zd */
     uint32_t seen;     /* bits of arm_filter_tick in this tick. Not bits of a guard: 1, 2 and 16 mean other things there */
-    int gap;           /* ticks in a row in which a joint was not measured, at most noise.lost + 1 */
+    int gap;           /* ticks in a row that did not use every joint, at most noise.lost + 1 */
     arm_state x;       /* q, qd of the estimate */
     arm_latent s;      /* what arm_tick encodes of these */
     arm_target target;
@@ -39,16 +39,16 @@ typedef struct {
 
 /* Angles and velocities from the counts of the encoders and the torques that were held since the last counts. Nonzero: there is an
    estimate to act on, in c->filter.s and c->x. A filter that starts has an estimate, at rest.
-   The filter bridges a joint that is not measured without end, so this function counts: after noise.lost ticks in a row there is no
-   estimate to act on until all joints are measured again. A filter that starts again has lost its estimate, or has left out a
-   joint in more than noise.lost ticks in a row: an encoder may have slipped. There is then no estimate to act on until somebody has
-   found the cause and zeroes c->filter. */
+   The filter bridges a joint that is not measured without end, so this function counts: after noise.lost ticks in a row that
+   lack a joint or reject one there is no estimate to act on until all are used again. A filter that starts again has lost its
+   estimate, or has left out a joint in more than noise.lost ticks in a row: an encoder may have slipped. There is then no
+   estimate to act on until somebody has found the cause and zeroes c->filter. */
 static int observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
 {
     for (int i = 0; i < arm_N; i++)
         c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     c->seen = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
-    c->gap = c->seen & ROLN_FILTER_MISSING ? ROLN_MIN(c->gap, noise.lost) + 1 : 0;
+    c->gap = c->filter.f.used < arm_N ? ROLN_MIN(c->gap, noise.lost) + 1 : 0;
     return (c->seen & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) == 0 && c->filter.f.starts < 2 && c->gap <= noise.lost &&
            arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) == ROLN_OK;
 }
