@@ -422,7 +422,7 @@ static void put_limits(FILE *f)
                              : "tau: UNKNOWN, no torque was trained with; 0 lets no "
                                "torque pass, so write what the motors may do",
                  unit_of_column(OF_TAU, 0));
-    fprintf(f, "    %d, /* hold, ticks: a usual number, not fitted */\n", l->hold);
+    fprintf(f, "    %d, /* hold, %s: a usual number, not fitted */\n", l->hold, l->false_alarms > 0 ? "ticks or alarms" : "ticks");
     put_constant(f, l->q_tolerance,
                  l->q_tolerance > 0 ? "q_tolerance, unit of q: %d times the largest |q - phi(z)|"
                                     : "q_tolerance: no check, z is all of q",

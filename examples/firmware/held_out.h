@@ -5,9 +5,10 @@
    compute the error of a roll-out with the weights in use, now [count], and with the updated weights, next [count]. Errors are
    >= 0. An error that cannot be computed is HELD_FAILED. count is 1 .. HELD_MOST.
 
-   Errors are compared with the median of `now`. So with bad data in fewer than half of the windows the bounds stay within what good
-   windows give. In the comparison such a window counts like any other, as HELD_FAR medians at most. After a change of the machine
-   the bounds follow as soon as more than half of the windows are newer than the change. */
+   Errors are compared with the median of `now`. So with bad data in fewer than half of the windows the bounds stay within what
+   good windows give. In the comparison such a window counts like any other, as HELD_FAR medians at most. It can refuse an update
+   by a roll-out that newly fails. After a change of the machine the bounds follow as soon as more than half of the windows are
+   newer than the change. */
 #ifndef HELD_OUT_H
 #define HELD_OUT_H
 
@@ -35,10 +36,10 @@ static int held_near(float error, int count, const float *now)
     return error < HELD_FAILED && error <= HELD_FAR * held_median(count, now);
 }
 
-/* True if the update is accepted. Errors beyond HELD_FAR medians, and NaN, count as HELD_FAR medians. The sum of squares must not
-   grow. The windows that become better must outnumber those that become worse by count / 8, and by one at least. No roll-out may
-   fail that did not fail before. Nothing is better than a median of 0. So a single window may become worse, up to HELD_FAR medians,
-   and any error beyond these may grow. */
+/* True if the update is accepted. Errors beyond HELD_FAR medians count as HELD_FAR medians. HELD_FAILED or more, and NaN, are
+   of roll-outs that fail: an update under which one newly fails is refused. The sum of squares must not grow. The windows that
+   become better must outnumber those that become worse by count / 8, and by one at least. Nothing is better than a median of 0.
+   So a single window may become worse, up to HELD_FAR medians, and any error beyond these may grow. */
 static int held_no_worse(int count, const float *now, const float *next)
 {
     const float middle = held_median(count, now);

@@ -80,6 +80,23 @@ static void test_lost(int first)
     CHECK((controller_tick(&ctl, all, still, still, still) & ~ROLN_CLIPPED) == 0 && ROLN_ABS(ctl.guard.tau[1]) > 0);
 }
 
+/* A joint comes in no tick as it is: lost in `lost` of six, in the others as an outlier. Neither ends the row of the other, so the
+   motors get the safe torque after as many ticks as if it were lost in all. */
+static void test_by_turns(int lost)
+{
+    static controller ctl;
+    const roln_real still[JOINTS] = {0};
+    int counts[JOINTS] = {0};
+    memset(&ctl, 0, sizeof ctl);
+    for (int k = 0; k < 30; k++)
+        CHECK((controller_tick(&ctl, counts, still, still, still) & ~ROLN_CLIPPED) == 0);
+    for (int k = 0; k < 300; k++) {
+        counts[1] = k % 6 < lost ? LOST : 200;
+        const uint32_t faults = controller_tick(&ctl, counts, still, still, still);
+        CHECK(((faults & ROLN_FAULT_EXPIRED) != 0) == (k >= noise.lost + limits.hold));
+    }
+}
+
 /* Accelerations anywhere, then half a second of motion by the same scheme and steps. */
 void test_arm(void)
 {
@@ -91,6 +108,7 @@ void test_arm(void)
     test_no_start(LOST, ROLN_FILTER_NONE);
     test_slip(200), test_slip(-33);
     test_lost(0), test_lost(1), test_lost(JOINTS - 1);
+    test_by_turns(1), test_by_turns(3), test_by_turns(5);
     CHECK_NEAR(limits.novelty, arm_limits.novelty, 0.5); /* rounded */
     test_holes();
     if (!CHECK(m != NULL)) return;
